@@ -1,0 +1,68 @@
+// A mesh in, the tree and record of its sidecar out.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <vcd/baker/mesh.h>
+#include <vcd/baker/prepare.h>
+#include <vcd/format/error.h>
+#include <vcd/format/writer.h>
+
+namespace vcd {
+
+struct BakeProgress {
+  double fraction;    // of the object, 0 … 1
+  uint64_t rays;      // traced so far
+  double seconds;     // since tracing began
+};
+
+struct BakeOptions {
+  uint32_t depth = 5;       // 1 … 8
+  uint32_t samples = 256;   // rays a cell: 16, 81 or 256
+  uint64_t seed = 0;
+  unsigned threads = 0;     // 0: all
+  bool embed_geometry = false;
+  // Called often, from one thread at a time. Return false to stop.
+  std::function<bool(const BakeProgress&)> progress;
+};
+
+// One baked object. Moving it keeps every span of to_write() valid.
+class BakedObject {
+ public:
+  BakedObject();
+  BakedObject(BakedObject&&) noexcept;
+  BakedObject& operator=(BakedObject&&) noexcept;
+  ~BakedObject();
+
+  ObjectToWrite to_write() const;  // points into this object
+  TreeView tree() const;
+
+  std::string name;
+  ObjectRecord record{};
+  uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
+  uint64_t rays = 0;
+  double seconds = 0;
+
+ private:
+  friend Result<BakedObject> bake(SourceMesh&&, const BakeOptions&);
+  struct Arrays;
+  std::unique_ptr<Arrays> arrays_;
+};
+
+// Bakes one object with the paper's method. The same geometry and options give the same tree and record, whatever the
+// number of threads, the order of vertices and triangles, or the file they came from.
+// Errors: those of prepare(); usage (an option out of range); runtime (out of memory, or stopped by progress).
+Result<BakedObject> bake(SourceMesh&& mesh, const BakeOptions& options);
+
+// The welded mesh as a Draco bitstream without quantization, so that decoding it and preparing it again gives the same
+// mesh. Empty on failure.
+std::vector<std::byte> encode_geometry(const PreparedMesh& mesh);
+
+// The mesh of a GEOM section.
+Result<SourceMesh> decode_geometry(Bytes draco);
+
+}  // namespace vcd

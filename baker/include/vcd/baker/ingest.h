@@ -1,0 +1,46 @@
+// Mesh files to triangles.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <vcd/baker/mesh.h>
+#include <vcd/format/error.h>
+
+namespace vcd {
+
+struct IngestOptions {
+  // Bake alpha-masked, blended, transmissive, skinned and morphed parts as if they were opaque and rigid, as they
+  // stand in the file. By default they are left out, with a note for each.
+  bool treat_all_as_opaque = false;
+};
+
+struct Ingested {
+  std::vector<SourceMesh> meshes;  // at least one; each has at least one triangle, finite positions, indices in range
+  std::vector<std::string> notes;  // what was left out or passed over, one sentence each, naming mesh and primitive
+};
+
+// Reads one mesh file: .glb, .gltf (2.0), .drc, .obj, .ply, .stl or .off, told apart by its extension (any case).
+//
+// Returns one mesh per glTF mesh (all its primitives together, in mesh space, whichever and however many nodes use
+// it, and even if none does), or one mesh for a file of any other format. Polygons become triangles.
+// Errors: io (cannot be read, a buffer it names is missing), invalid_file (breaks its format: a non-finite position,
+// an index out of range, no triangle at all, …), unsupported (glTF 1.0, a required extension that is not known).
+// The message names file, mesh, primitive and element.
+//
+// The parsers underneath are not safe on hostile bytes. Programs call ingest_isolated.
+// Safe from any thread; no state is shared.
+Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options = {});
+
+struct IngestLimits {
+  double seconds = 60;                      // wall time of the child process
+  uint64_t memory_bytes = uint64_t{8} << 30;  // address space of the child process; not applied under ASan
+};
+
+// ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
+// an Error (code runtime for a crash, a time-out or exhausted memory), and the caller lives on.
+Result<Ingested> ingest_isolated(const std::filesystem::path& path, const IngestOptions& options = {},
+                                 const IngestLimits& limits = {});
+
+}  // namespace vcd

@@ -1,0 +1,27 @@
+// The element counts that a Draco bitstream declares, read without decoding it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+namespace draco {
+class DecoderBuffer;
+}
+
+namespace vcd {
+
+struct DracoCounts {
+  uint64_t faces = 0;
+  uint64_t points = 0;  // for the edgebreaker method: vertices of the connectivity, split ones included
+};
+
+// Returns nothing where the header is broken or names a method that is not known.
+// buffer: at the start of the stream; left somewhere behind the counts.
+std::optional<DracoCounts> read_draco_counts(draco::DecoderBuffer& buffer);
+
+// Entropy coding has no hard floor, yet real streams spend at least a bit on several faces: the densest
+// known, a regular sphere, about 8 a byte. This grants 1024, and a small stream what fits any memory.
+bool plausible(const DracoCounts& counts, size_t stream_bytes);
+
+}  // namespace vcd

@@ -1,0 +1,120 @@
+#include "ingest/gltf.h"
+
+#include <exception>
+#include <new>
+#include <string>
+#include <utility>
+
+#include "ingest/check.h"
+#include "ingest/gltf_buffers.h"
+#include "ingest/gltf_document.h"
+#include "ingest/gltf_left_out.h"
+#include "ingest/gltf_primitive.h"
+
+namespace vcd {
+
+namespace {
+
+std::string counted(size_t number, const char* singular, const char* plural) {
+  return std::to_string(number) + " " + (number == 1 ? singular : plural);
+}
+
+class GltfReader {
+ public:
+  GltfReader(const std::filesystem::path& path, const IngestOptions& options)
+      : options_(options), document_(path), buffers_(document_), skinned_(find_skinned_meshes(document_)) {}
+
+  Ingested read() {
+    for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
+    if (ingested_.meshes.empty()) fail_invalid("no triangle to bake: " + summary());
+    return std::move(ingested_);
+  }
+
+ private:
+  void read_mesh(uint32_t index) {
+    const GltfObject mesh = document_.element("meshes", index);
+    const std::string name = mesh.text_or("name", "");
+    const std::string place = name.empty() ? mesh.place() : mesh.place() + " " + quoted(name);
+    const nlohmann::json& primitives = mesh.array("primitives");
+    if (primitives.empty()) mesh.fail("has no primitives");
+    GltfMeshBuilder builder(document_, buffers_);
+    for (size_t i = 0; i < primitives.size(); ++i) {
+      const std::string primitive_place = place + ", primitive " + std::to_string(i);
+      try {
+        read_primitive(GltfObject(primitives[i], ""), skinned_[index], primitive_place, builder);
+      } catch (const GltfFailure& failure) {
+        fail_gltf(failure.error.code, primitive_place + ": " + failure.error.message);
+      }
+    }
+    if (builder.triangle_count() == 0) {
+      note(place + " omitted: no triangle is left of it");
+      return;
+    }
+    ingested_.meshes.push_back(builder.take());
+    ingested_.meshes.back().name = name;
+    ingested_.meshes.back().source_index = index;
+  }
+
+  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place,
+                      GltfMeshBuilder& builder) {
+    const GltfMode mode = mode_of(primitive);
+    if (!makes_triangles(mode)) {
+      ++points_or_lines_;
+      note(place + (mode == GltfMode::points ? " passed over: points" : " passed over: lines"));
+      return;
+    }
+    if (!primitive.required_object("attributes").has("POSITION")) {
+      ++without_position_;
+      note(place + " passed over: it has no POSITION");
+      return;
+    }
+    if (!options_.treat_all_as_opaque) {
+      if (const std::optional<GltfLeftOut> left_out = why_left_out(document_, primitive, skinned)) {
+        ++(left_out->because == GltfLeftOutBecause::deforms ? deforming_ : not_opaque_);
+        note(place + " left out: " + left_out->reason);
+        return;
+      }
+    }
+    const size_t unused = builder.append(primitive);
+    if (unused > 0)
+      note(place + ": the last " + std::to_string(unused) + " of its vertices form no triangle");
+  }
+
+  std::string summary() const {
+    std::string text = counted(document_.count("meshes"), "mesh", "meshes");
+    const auto count = [&](size_t number, const char* what) {
+      if (number > 0) text += ", " + counted(number, "primitive", "primitives") + " " + what;
+    };
+    count(not_opaque_, "left out as not opaque");
+    count(deforming_, "left out as deforming");
+    count(points_or_lines_, "passed over as points or lines");
+    count(without_position_, "passed over without POSITION");
+    return text;
+  }
+
+  void note(std::string sentence) { ingested_.notes.push_back(std::move(sentence)); }
+
+  IngestOptions options_;
+  GltfDocument document_;
+  GltfBuffers buffers_;
+  std::vector<bool> skinned_;
+  Ingested ingested_;
+  size_t not_opaque_ = 0;
+  size_t deforming_ = 0;
+  size_t points_or_lines_ = 0;
+  size_t without_position_ = 0;
+};
+
+}  // namespace
+
+Result<Ingested> ingest_gltf(const std::filesystem::path& path, const IngestOptions& options) try {
+  return GltfReader(path, options).read();
+} catch (const GltfFailure& failure) {
+  return file_error(path, failure.error.code, failure.error.message);
+} catch (const std::bad_alloc&) {
+  return file_error(path, ErrorCode::runtime, "out of memory while reading");
+} catch (const std::exception& failure) {
+  return file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + failure.what());
+}
+
+}  // namespace vcd

@@ -1,0 +1,50 @@
+// Accessors: typed arrays over buffer views.
+#pragma once
+
+#include <vcd/baker/mesh.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "ingest/gltf_buffers.h"
+
+namespace vcd {
+
+enum class GltfComponent : uint32_t {  // the numbers are the file's
+  int8 = 5120,
+  uint8 = 5121,
+  int16 = 5122,
+  uint16 = 5123,
+  uint32 = 5125,
+  float32 = 5126,
+};
+
+// How an accessor stores its elements.
+struct GltfElementType {
+  GltfComponent component = GltfComponent::float32;
+  bool normalized = false;
+};
+
+// What a POSITION accessor declares: VEC3 of float, or, with KHR_mesh_quantization, of 8 or 16-bit integers.
+struct GltfPositionAccessor {
+  GltfElementType type;
+  uint64_t count = 0;
+};
+GltfPositionAccessor check_position_accessor(const GltfDocument& document, uint32_t accessor);
+
+// How many indices an accessor declares; it must be a SCALAR of unsigned integers.
+uint64_t check_index_accessor(const GltfDocument& document, uint32_t accessor);
+
+// Elements of a checked accessor, its sparse substitutions applied. Every range is checked before it is
+// multiplied, allocated or read. An accessor without a buffer view holds zeros; at most 2^24 of them are
+// granted, since no byte of the file pays for them. Throws GltfFailure: invalid_file, and what
+// GltfBuffers::view throws.
+std::vector<Position> read_positions(const GltfDocument& document, GltfBuffers& buffers, uint32_t accessor);
+
+// Also refuses the largest value of the type, which other formats use to restart a strip.
+std::vector<uint32_t> read_indices(const GltfDocument& document, GltfBuffers& buffers, uint32_t accessor);
+
+// The value of an integer component in float arithmetic: c, or when normalized c / max, not below -1.
+float dequantize(float component, GltfElementType type);
+
+}  // namespace vcd

@@ -1,0 +1,43 @@
+// The bytes behind buffers and buffer views, fetched when they are first asked for.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "ingest/gltf_document.h"
+
+namespace vcd {
+
+struct GltfView {
+  std::span<const uint8_t> bytes;  // lives as long as its GltfBuffers
+  std::optional<uint32_t> stride;  // byteStride as the file gives it: a multiple of 4 from 4 to 252
+};
+
+// Fetching late means that a buffer which only textures or animations use may be missing, and that the
+// placeholder behind a compressed view, which holds no data, is never touched.
+class GltfBuffers {
+ public:
+  explicit GltfBuffers(const GltfDocument& document) : document_(document) {}
+  GltfBuffers(const GltfBuffers&) = delete;
+  GltfBuffers& operator=(const GltfBuffers&) = delete;
+
+  // Throws GltfFailure: invalid_file (no such view, a range outside its buffer, broken compression), io (a
+  // file that cannot be read), unsupported (a remote URI, an unknown compression).
+  GltfView view(uint32_t index);
+
+ private:
+  std::span<const uint8_t> buffer(uint32_t index);
+  std::string load_from_uri(const GltfObject& buffer, const std::string& uri) const;
+  // The bytes that byteOffset and byteLength of a view, or of its compression extension, select.
+  std::span<const uint8_t> range(const GltfObject& holder);
+  std::span<const uint8_t> decompressed(uint32_t index, const GltfObject& view, const GltfObject& extension);
+
+  const GltfDocument& document_;
+  std::map<uint32_t, std::string> loaded_;                 // by buffer; a map keeps its elements in place
+  std::map<uint32_t, std::vector<uint8_t>> decompressed_;  // by view
+};
+
+}  // namespace vcd

@@ -1,0 +1,174 @@
+#include "ingest/gltf_document.h"
+
+#include <bit>
+#include <cstdio>
+#include <cstring>
+#include <string_view>
+#include <utility>
+
+#include "ingest/gltf_extensions.h"
+#include "ingest/text.h"
+
+namespace vcd {
+
+using nlohmann::json;
+
+static_assert(std::endian::native == std::endian::little, "glTF's binary data is little-endian");
+
+namespace {
+
+constexpr uint32_t glb_magic = 0x46546C67;          // "glTF"
+constexpr uint32_t json_chunk_type = 0x4E4F534A;    // "JSON"
+constexpr uint32_t binary_chunk_type = 0x004E4942;  // "BIN\0"
+constexpr size_t glb_header_size = 12;              // magic, version, length
+constexpr size_t chunk_header_size = 8;             // length, type
+
+uint32_t read_u32(std::span<const uint8_t> bytes, size_t offset) {
+  uint32_t value;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+struct GlbChunks {
+  std::span<const uint8_t> json;
+  std::span<const uint8_t> binary;
+};
+
+// JSON must come first, the binary chunk may come second; chunks of other types are passed over, as the
+// specification asks. Bytes behind the declared length are passed over too.
+GlbChunks split_glb(std::span<const uint8_t> file) {
+  if (file.size() < glb_header_size) fail_invalid("truncated GLB: shorter than its 12-byte header");
+  const uint32_t version = read_u32(file, 4);
+  if (version == 1)
+    fail_gltf(ErrorCode::unsupported, "glTF 1.0 (GLB version 1) is not supported, convert it to 2.0");
+  if (version != 2)
+    fail_gltf(ErrorCode::unsupported, "GLB version " + std::to_string(version) + " is not supported");
+  const size_t length = read_u32(file, 8);
+  if (length > file.size()) {
+    fail_invalid("truncated GLB: declares " + std::to_string(length) + " bytes, has " +
+                 std::to_string(file.size()));
+  }
+  GlbChunks chunks;
+  size_t number = 0;
+  for (size_t offset = glb_header_size; offset < length; ++number) {
+    if (length - offset < chunk_header_size)
+      fail_invalid("GLB chunk " + std::to_string(number) + ": truncated header");
+    const size_t size = read_u32(file, offset);
+    const uint32_t type = read_u32(file, offset + 4);
+    offset += chunk_header_size;
+    if (size > length - offset) {
+      fail_invalid("GLB chunk " + std::to_string(number) + ": declares " + std::to_string(size) + " bytes, " +
+                   std::to_string(length - offset) + " are left");
+    }
+    if ((type == json_chunk_type) != (number == 0))
+      fail_invalid("GLB: the JSON chunk must come first, and once");
+    if (type == binary_chunk_type && number != 1)
+      fail_invalid("GLB: the binary chunk must come second, and once");
+    if (type == json_chunk_type) chunks.json = file.subspan(offset, size);
+    if (type == binary_chunk_type) chunks.binary = file.subspan(offset, size);
+    offset += size;
+  }
+  if (number == 0) fail_invalid("GLB without a JSON chunk");
+  return chunks;
+}
+
+struct Version {
+  int major = 0;
+  int minor = 0;
+  auto operator<=>(const Version&) const = default;
+};
+
+Version parse_version(const std::string& text, const char* what) {
+  Version version;
+  int end = 0;
+  const bool parsed =
+      text.size() < 16 && std::sscanf(text.c_str(), "%4d.%4d%n", &version.major, &version.minor, &end) == 2;
+  if (!parsed || static_cast<size_t>(end) != text.size() || version.major < 0 || version.minor < 0) {
+    fail_invalid("asset: " + std::string(what) + " " + quoted(text) + " is not a version");
+  }
+  return version;
+}
+
+void check_version(const GltfObject& root, const json& document) {
+  // glTF 1.0 keeps its elements in objects by name; its earliest files have no asset, or a version that is a
+  // number.
+  if (document.contains("meshes") && document["meshes"].is_object()) {
+    fail_gltf(ErrorCode::unsupported, "glTF 1.0 is not supported, convert it to glTF 2.0");
+  }
+  const std::optional<GltfObject> asset = root.object("asset");
+  if (!asset || !asset->has("version")) fail_invalid("the JSON has no asset.version: not glTF");
+  const Version version = parse_version(asset->text_or("version", ""), "version");
+  if (version.major != 2) {
+    const std::string name = std::to_string(version.major) + "." + std::to_string(version.minor);
+    fail_gltf(ErrorCode::unsupported, "glTF " + name + " is not supported, only 2.x is");
+  }
+  if (!asset->has("minVersion")) return;
+  const Version needed = parse_version(asset->text_or("minVersion", ""), "minVersion");
+  if (needed > version) fail_invalid("asset: minVersion is above version");
+  if (needed > Version{2, 0}) fail_gltf(ErrorCode::unsupported, "needs a glTF newer than 2.0");
+}
+
+}  // namespace
+
+std::string read_regular_file(const std::filesystem::path& path) {
+  std::error_code status;
+  if (!std::filesystem::is_regular_file(path, status)) {
+    const std::string reason = status ? status.message() : "not a regular file";
+    fail_gltf(ErrorCode::io, path.string() + " cannot be read: " + reason);
+  }
+  Result<std::string> bytes = read_file(path);
+  if (!bytes) fail_gltf(bytes.error().code, bytes.error().message);
+  return std::move(*bytes);
+}
+
+std::span<const uint8_t> as_bytes(const std::string& bytes) {
+  return {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()};
+}
+
+GltfDocument::GltfDocument(const std::filesystem::path& path)
+    : folder_(path.parent_path()), file_(read_regular_file(path)) {
+  split_container();
+  json_ = json::parse(json_text_.begin(), json_text_.end(), nullptr, /*allow_exceptions=*/false);
+  if (json_.is_discarded()) fail_invalid("the JSON is malformed");
+  const GltfObject document(json_, "");
+  check_version(document, json_);
+  check_required_extensions(document.array("extensionsRequired"));
+}
+
+void GltfDocument::split_container() {
+  const std::span<const uint8_t> file = as_bytes(file_);
+  // The content decides: either extension is found on both containers.
+  is_binary_ = file.size() >= 4 && read_u32(file, 0) == glb_magic;
+  if (is_binary_) {
+    const GlbChunks chunks = split_glb(file);
+    json_text_ = chunks.json;
+    binary_chunk_ = chunks.binary;
+  } else {
+    const bool begins_as_json =
+        !file.empty() && std::string_view("{ \t\r\n\xEF").find(file_[0]) != std::string_view::npos;
+    if (!begins_as_json) fail_invalid("neither GLB, which begins with \"glTF\", nor JSON");
+    json_text_ = file;
+  }
+}
+
+GltfObject GltfDocument::element(const char* array, uint32_t index) const {
+  const json& elements = root().array(array);
+  const std::string plural = array;
+  const std::string singular = plural == "meshes" ? "mesh" : plural.substr(0, plural.size() - 1);
+  const std::string place = singular + " " + std::to_string(index);
+  if (index >= elements.size()) {
+    fail_invalid(place + " does not exist, the file has " + std::to_string(elements.size()));
+  }
+  return GltfObject(elements[index], place);
+}
+
+bool GltfDocument::uses_extension(const std::string& name) const {
+  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
+    for (const json& entry : root().array(list)) {
+      if (entry == name) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace vcd

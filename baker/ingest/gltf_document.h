@@ -1,0 +1,49 @@
+// A glTF 2.0 file taken out of its container: the JSON and, for GLB, the binary chunk.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "ingest/gltf_json.h"
+
+namespace vcd {
+
+// The whole of a regular file; pipes and devices, which a hostile URI could name, are refused.
+// Throws GltfFailure (io); the message names the file.
+std::string read_regular_file(const std::filesystem::path& path);
+
+std::span<const uint8_t> as_bytes(const std::string& bytes);
+
+class GltfDocument {
+ public:
+  // Reads and checks container, version and required extensions. The JSON's elements are checked when they
+  // are asked for, so that a defect in a part that has no say in the triangles stays without consequence.
+  // Throws GltfFailure: io, invalid_file (broken container or JSON), unsupported (glTF 1.0, unknown
+  // extension).
+  explicit GltfDocument(const std::filesystem::path& path);
+
+  const std::filesystem::path& folder() const { return folder_; }  // what relative URIs start from
+  bool is_binary() const { return is_binary_; }
+  std::span<const uint8_t> binary_chunk() const { return binary_chunk_; }  // empty where there is none
+
+  size_t count(const char* array) const { return root().array(array).size(); }
+  const nlohmann::json& array(const char* name) const { return root().array(name); }
+  // One element of a top-level array, such as ("accessors", 3). Throws where there is none.
+  GltfObject element(const char* array, uint32_t index) const;
+  bool uses_extension(const std::string& name) const;  // listed as used or as required
+
+ private:
+  GltfObject root() const { return GltfObject(json_, ""); }
+  void split_container();
+
+  std::filesystem::path folder_;
+  std::string file_;
+  std::span<const uint8_t> json_text_;
+  std::span<const uint8_t> binary_chunk_;
+  bool is_binary_ = false;
+  nlohmann::json json_;
+};
+
+}  // namespace vcd

@@ -1,0 +1,13 @@
+// Which glTF extensions a file may require.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+namespace vcd {
+
+// A file lists in extensionsRequired what it cannot be read without. What is decoded here is accepted, and
+// what cannot change the triangles of a mesh; any other is refused, since its geometry would be guessed.
+// Throws GltfFailure (unsupported, naming the extension).
+void check_required_extensions(const nlohmann::json& extensions_required);
+
+}  // namespace vcd

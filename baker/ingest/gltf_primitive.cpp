@@ -1,0 +1,140 @@
+#include "ingest/gltf_primitive.h"
+
+#include <cmath>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "ingest/draco_mesh.h"
+#include "ingest/gltf_accessor.h"
+
+namespace vcd {
+
+namespace {
+
+void check_finite(const std::vector<Position>& positions, uint32_t accessor) {
+  for (size_t i = 0; i < positions.size(); ++i) {
+    const Position& p = positions[i];
+    if (std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2])) continue;
+    fail_invalid("the position of vertex " + std::to_string(i) + " is not finite (accessor " +
+                 std::to_string(accessor) + ")");
+  }
+}
+
+void check_in_range(const std::vector<uint32_t>& indices, uint32_t vertex_count, uint32_t accessor) {
+  for (size_t i = 0; i < indices.size(); ++i) {
+    if (indices[i] < vertex_count) continue;
+    fail_invalid("index element " + std::to_string(i) + " is " + std::to_string(indices[i]) + ", there are " +
+                 std::to_string(vertex_count) + " vertices (accessor " + std::to_string(accessor) + ")");
+  }
+}
+
+// Corners as the specification numbers them, which keeps the winding of every triangle.
+TriangleIndices corners_of(GltfMode mode, uint32_t triangle) {
+  const uint32_t t = triangle;
+  if (mode == GltfMode::triangle_strip) return {t, t + 1 + t % 2, t + 2 - t % 2};
+  if (mode == GltfMode::triangle_fan) return {t + 1, t + 2, 0};
+  return {3 * t, 3 * t + 1, 3 * t + 2};
+}
+
+uint32_t triangle_count_of(GltfMode mode, size_t index_count) {
+  if (index_count < 3) return 0;
+  const size_t count = mode == GltfMode::triangles ? index_count / 3 : index_count - 2;
+  if (index_count > UINT32_MAX) fail_gltf(ErrorCode::unsupported, "more than 2^32 indices in one primitive");
+  return static_cast<uint32_t>(count);
+}
+
+}  // namespace
+
+GltfMode mode_of(const GltfObject& primitive) {
+  const uint64_t mode = primitive.integer_or("mode", static_cast<uint64_t>(GltfMode::triangles));
+  if (mode > static_cast<uint64_t>(GltfMode::triangle_fan))
+    fail_invalid("mode " + std::to_string(mode) + " does not exist");
+  return static_cast<GltfMode>(mode);
+}
+
+bool makes_triangles(GltfMode mode) {
+  return mode >= GltfMode::triangles;
+}
+
+size_t GltfMeshBuilder::append(const GltfObject& primitive) {
+  const uint32_t positions = primitive.required_object("attributes").required_index("POSITION");
+  const std::optional<GltfObject> draco = primitive.extension("KHR_draco_mesh_compression");
+  if (!draco) return append_plain(primitive, positions);
+  append_draco(primitive, positions, *draco);
+  return 0;
+}
+
+size_t GltfMeshBuilder::append_plain(const GltfObject& primitive, uint32_t position_accessor) {
+  if (!placed_.contains(position_accessor)) {
+    const std::vector<Position> positions = read_positions(document_, buffers_, position_accessor);
+    check_finite(positions, position_accessor);
+    placed_[position_accessor] = {append_positions(positions), static_cast<uint32_t>(positions.size())};
+  }
+  const Placed placed = placed_[position_accessor];
+  std::vector<uint32_t> indices;
+  if (const std::optional<uint32_t> index_accessor = primitive.index("indices")) {
+    indices = read_indices(document_, buffers_, *index_accessor);
+    check_in_range(indices, placed.count, *index_accessor);
+  } else {
+    indices.resize(placed.count);
+    std::iota(indices.begin(), indices.end(), 0u);
+  }
+  const GltfMode mode = mode_of(primitive);
+  const uint32_t count = triangle_count_of(mode, indices.size());
+  mesh_.triangles.reserve(mesh_.triangles.size() + count);
+  for (uint32_t triangle = 0; triangle < count; ++triangle) {
+    TriangleIndices corners = corners_of(mode, triangle);
+    for (uint32_t& corner : corners) corner = placed.first + indices[corner];
+    mesh_.triangles.push_back(corners);
+  }
+  if (count == 0) return indices.size();
+  return mode == GltfMode::triangles ? indices.size() % 3 : 0;
+}
+
+void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t position_accessor,
+                                   const GltfObject& extension) {
+  if (mode_of(primitive) == GltfMode::triangle_fan) fail_invalid("Draco data cannot be a fan");
+  const GltfPositionAccessor declared = check_position_accessor(document_, position_accessor);
+  const GltfView view = buffers_.view(extension.required_index("bufferView"));
+  const uint32_t id = extension.required_object("attributes").required_index("POSITION");
+  Result<DracoMesh> decoded = decode_draco(view.bytes, id);
+  if (!decoded) fail_gltf(decoded.error().code, decoded.error().message);
+  std::vector<Position>& positions = decoded->positions;
+  if (positions.size() != declared.count) {
+    fail_invalid("the Draco stream holds " + std::to_string(positions.size()) + " vertices, accessor " +
+                 std::to_string(position_accessor) + " declares " + std::to_string(declared.count));
+  }
+  const std::optional<uint32_t> index_accessor = primitive.index("indices");
+  if (index_accessor && mode_of(primitive) == GltfMode::triangles) {
+    const uint64_t index_count = check_index_accessor(document_, *index_accessor);
+    if (index_count != 3 * uint64_t{decoded->triangles.size()}) {
+      fail_invalid("the Draco stream holds " + std::to_string(decoded->triangles.size()) +
+                   " triangles, accessor " + std::to_string(*index_accessor) + " declares " +
+                   std::to_string(index_count) + " indices");
+    }
+  }
+  const bool declared_as_integers = declared.type.component != GltfComponent::float32;
+  if (declared_as_integers && !decoded->integer_positions) {
+    fail_invalid("the Draco stream holds float positions, accessor " + std::to_string(position_accessor) +
+                 " declares integers");
+  }
+  for (Position& position : positions) {
+    for (float& coordinate : position) coordinate = dequantize(coordinate, declared.type);
+  }
+  check_finite(positions, position_accessor);
+  const uint32_t first = append_positions(positions);
+  for (const TriangleIndices& corners : decoded->triangles) {
+    mesh_.triangles.push_back({first + corners[0], first + corners[1], first + corners[2]});
+  }
+}
+
+uint32_t GltfMeshBuilder::append_positions(const std::vector<Position>& positions) {
+  const size_t first = mesh_.positions.size();
+  if (positions.size() > UINT32_MAX - first)
+    fail_gltf(ErrorCode::unsupported, "more than 2^32 vertices in one mesh");
+  mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
+  return static_cast<uint32_t>(first);
+}
+
+}  // namespace vcd

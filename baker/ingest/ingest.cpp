@@ -1,0 +1,77 @@
+#include <vcd/baker/ingest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <new>
+#include <system_error>
+
+#include "ingest/check.h"
+#include "ingest/draco_mesh.h"
+#include "ingest/gltf.h"
+#include "ingest/obj.h"
+#include "ingest/off.h"
+#include "ingest/ply.h"
+#include "ingest/stl.h"
+
+namespace vcd {
+namespace {
+
+using Reader = Result<Ingested> (*)(const std::filesystem::path&, const IngestOptions&);
+
+struct Format {
+  const char* extension;
+  Reader read;
+};
+
+constexpr Format kFormats[] = {
+    {".glb", ingest_gltf}, {".gltf", ingest_gltf}, {".drc", ingest_drc}, {".obj", ingest_obj},
+    {".ply", ingest_ply},  {".stl", ingest_stl},   {".off", ingest_off},
+};
+
+Reader reader_for(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  for (const Format& format : kFormats) {
+    if (extension == format.extension) return format.read;
+  }
+  return nullptr;
+}
+
+std::string known_extensions() {
+  std::string list;
+  for (const Format& format : kFormats) list += (list.empty() ? "" : ", ") + std::string(format.extension);
+  return list;
+}
+
+}  // namespace
+
+Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options) try {
+  std::error_code status_error;
+  const std::filesystem::file_status status = std::filesystem::status(path, status_error);
+  if (!std::filesystem::exists(status)) {
+    return file_error(path, ErrorCode::io,
+                      status_error ? status_error.message() : std::string("no such file"));
+  }
+  // A directory cannot be read, and a pipe or device could keep the reader for ever.
+  if (!std::filesystem::is_regular_file(status))
+    return file_error(path, ErrorCode::io, "is not a regular file");
+
+  const Reader read = reader_for(path);
+  if (read == nullptr) {
+    return file_error(
+        path, ErrorCode::unsupported,
+        "unknown extension \"" + path.extension().string() + "\" (known: " + known_extensions() + ")");
+  }
+  Result<Ingested> result = read(path, options);
+  if (!result) return result;
+  if (std::optional<Error> fault = check_ingested(path, *result)) return *std::move(fault);
+  return result;
+} catch (const std::bad_alloc&) {
+  return file_error(path, ErrorCode::runtime, "out of memory while reading");
+} catch (const std::exception& error) {
+  // std::length_error and the like: a library stumbled over the file.
+  return file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + error.what());
+}
+
+}  // namespace vcd

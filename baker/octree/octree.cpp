@@ -1,0 +1,104 @@
+#include "octree.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <numeric>
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <tbb/parallel_pipeline.h>
+#include <tbb/task_arena.h>
+
+namespace vcd {
+namespace {
+
+constexpr uint32_t kBatch = 8;  // top cells that travel through the pipeline together
+
+// Where an ancestor of the top cells decides, its class; kDeeper elsewhere. In the order of the top table.
+class Ancestors {
+ public:
+  Ancestors(const CellSource& source, const TreeShape& shape)
+      : source_(source), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
+    std::array<uint64_t, kFacePairs> rays{};
+    tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) { visit({pair, 0, 0, 0, 0, 0}, kDeeper, rays[pair]); });
+    rays_ = std::accumulate(rays.begin(), rays.end(), uint64_t{0});
+  }
+  uint32_t operator[](uint32_t slot) const { return values_[slot]; }
+  uint64_t rays() const { return rays_; }
+
+ private:
+  void visit(const Cell& cell, uint32_t value, uint64_t& rays) {
+    if (cell.level == levels_) {
+      values_[cell.pair << (4 * levels_) | row_major(cell.s, cell.t, cell.u, cell.v, 0, levels_)] = value;
+      return;
+    }
+    if (value == kDeeper) value = source_.classify(cell, rays);
+    for (uint32_t i = 0; i < 16; ++i) visit(cell.child(i), value, rays);
+  }
+
+  const CellSource& source_;
+  uint32_t levels_;
+  std::vector<uint32_t> values_;
+  uint64_t rays_ = 0;
+};
+
+Cell top_cell(const TreeShape& shape, uint32_t slot) {
+  const uint32_t bits = shape.top_levels, mask = (1u << bits) - 1;
+  return {slot >> (4 * bits),          bits, slot >> (3 * bits) & mask, slot >> (2 * bits) & mask,
+          slot >> bits & mask, slot & mask};
+}
+
+std::optional<Octree> build(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
+  const TreeShape shape = tree_shape(source.depth);
+  const uint32_t total = shape.top_words();
+  const Ancestors ancestors(source, shape);
+  DagBuilder dag(source.depth);
+  uint64_t rays = ancestors.rays();
+  uint32_t next = 0, done = 0;
+  std::atomic<bool> stopped = !progress(0, total, rays);
+
+  using Batch = std::vector<Subtree>;
+  const auto hand_out = [&](tbb::flow_control& control) {
+    const uint32_t first = next;
+    if (first >= total || stopped) control.stop();
+    next += kBatch;
+    return first;
+  };
+  const auto classify = [&](uint32_t first) {
+    Batch batch;
+    for (uint32_t slot = first; slot < std::min(first + kBatch, total); ++slot) {
+      const Cell cell = top_cell(shape, slot);
+      uint64_t cell_rays = 0;
+      const uint32_t value = ancestors[slot] == kDeeper ? source.classify(cell, cell_rays) : ancestors[slot];
+      batch.push_back(classify_subtree(source, cell, value));
+      batch.back().rays += cell_rays;
+    }
+    return batch;
+  };
+  const auto merge = [&](const Batch& batch) {
+    for (const Subtree& subtree : batch) {
+      dag.append(subtree);
+      rays += subtree.rays;
+    }
+    done += static_cast<uint32_t>(batch.size());
+    if (!progress(done, total, rays)) stopped = true;
+  };
+  using tbb::filter_mode;
+  tbb::parallel_pipeline(4 * threads, tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
+                                          tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
+                                          tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
+  if (done < total) return std::nullopt;
+  return Octree{dag.take(), rays};
+}
+
+}  // namespace
+
+std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
+  if (threads == 0) threads = static_cast<unsigned>(tbb::info::default_concurrency());
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  return tbb::task_arena(static_cast<int>(threads)).execute([&] { return build(source, threads, progress); });
+}
+
+}  // namespace vcd

@@ -1,0 +1,24 @@
+// The recursion over all fifteen face pairs, on many threads, with the same result for any number of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+
+#include "octree/dag.h"
+
+namespace vcd {
+
+// done and total count cells of the top table. Return false to stop.
+using OctreeProgress = std::function<bool(uint64_t done, uint64_t total, uint64_t rays)>;
+
+struct Octree {
+  TreeArrays tree;
+  uint64_t rays = 0;
+};
+
+// threads: 0 for all. Nothing if progress stopped it. Memory beside the tree itself: a few megabytes, and a hash table
+// of at most a quarter of its size.
+std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress);
+
+}  // namespace vcd

@@ -1,0 +1,65 @@
+#include "subtree.h"
+
+#include <vcd/format/tree.h>
+
+namespace vcd {
+namespace {
+
+class Builder {
+ public:
+  Builder(const CellSource& source, Subtree& out)
+      : source_(source), out_(out), brick_level_(tree_shape(source.depth).levels - 2) {}
+
+  void visit(const Cell& cell, uint32_t value) {
+    if (cell.level == brick_level_) {
+      out_.bricks[brick_index(cell)] = value == kDeeper ? fill_brick(cell) : value;
+      return;
+    }
+    for (uint32_t i = 0; i < 16; ++i) {
+      const Cell child = cell.child(i);
+      visit(child, value == kDeeper ? source_.classify(child, out_.rays) : value);
+    }
+  }
+
+ private:
+  // Where a cell of the brick level stands below its top cell: a 256-way block, then a 16-way block.
+  uint32_t brick_index(const Cell& c) const {
+    const TreeShape shape = tree_shape(source_.depth);
+    uint32_t index = 0;
+    if (shape.has_blocks256) index = row_major(c.s, c.t, c.u, c.v, shape.has_blocks16 ? 1 : 0, 2);
+    if (shape.has_blocks16) index = index * 16 + row_major(c.s, c.t, c.u, c.v, 0, 1);
+    return index;
+  }
+
+  uint32_t fill_brick(const Cell& cell) {
+    BrickWords words{};
+    for (uint32_t i = 0; i < 16; ++i) {
+      const Cell child = cell.child(i);
+      const uint32_t value = source_.classify(child, out_.rays);
+      for (uint32_t j = 0; j < 16; ++j) {
+        const Cell leaf = child.child(j);
+        const uint32_t leaf_value = value == kDeeper ? source_.classify(leaf, out_.rays) : value;
+        const uint32_t at = row_major(leaf.s, leaf.t, leaf.u, leaf.v, 0, 2);
+        words[at / 16] |= leaf_value << (2 * (at % 16));
+      }
+    }
+    out_.words.push_back(words);
+    return kDeeper + static_cast<uint32_t>(out_.words.size() - 1);
+  }
+
+  const CellSource& source_;
+  Subtree& out_;
+  uint32_t brick_level_;
+};
+
+}  // namespace
+
+Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value) {
+  const TreeShape shape = tree_shape(source.depth);
+  Subtree subtree;
+  subtree.bricks.resize(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)));
+  Builder(source, subtree).visit(top, value);
+  return subtree;
+}
+
+}  // namespace vcd

@@ -1,0 +1,10 @@
+#pragma once
+
+#include <vcd/baker/prepare.h>
+
+namespace vcd {
+
+// Fills in the padded box from the positions. False if no usable box exists in 32-bit floats.
+bool pad_box(PreparedMesh& mesh);
+
+}  // namespace vcd

@@ -1,0 +1,25 @@
+#include "geometry_hash.h"
+
+#include <algorithm>
+#include <memory>
+
+#include <xxhash.h>
+
+namespace vcd {
+
+std::array<uint8_t, 16> geometry_hash(const PreparedMesh& mesh) {
+  const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
+  XXH3_128bits_reset(state.get());
+  const uint64_t counts[2] = {mesh.positions.size(), mesh.triangles.size()};
+  XXH3_128bits_update(state.get(), counts, sizeof counts);
+  XXH3_128bits_update(state.get(), mesh.positions.data(), mesh.positions.size() * sizeof(Position));
+  for (TriangleIndices t : mesh.triangles) {
+    std::sort(t.begin(), t.end());
+    XXH3_128bits_update(state.get(), t.data(), sizeof t);
+  }
+  XXH128_canonical_t canonical;
+  XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state.get()));
+  return std::to_array(canonical.digest);
+}
+
+}  // namespace vcd

@@ -1,0 +1,65 @@
+// A .vcd file taken apart: the only reader and the only validator. The runtime, the programs and the tests use it.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include <vcd/format/findings.h>
+#include <vcd/format/layout.h>
+#include <vcd/format/tree.h>
+
+namespace vcd {
+
+using Bytes = std::span<const std::byte>;
+
+// How much of the file is read before it is trusted.
+enum class CheckLevel {
+  bounds,  // header, tables, and every index: queries are memory-safe; the bricks' bytes are not read
+  full,    // and every checksum, padding byte, class and count: what vc-verify reports
+};
+
+struct AlignedBytes {  // 64-byte aligned heap memory
+  struct Free {
+    void operator()(std::byte* p) const;
+  };
+  std::unique_ptr<std::byte[], Free> data;
+  size_t size = 0;
+};
+
+struct ObjectContents {
+  const ObjectRecord* record = nullptr;
+  std::string_view name;
+  TreeView tree;
+  Bytes geometry;  // Draco bytes, empty where none are embedded
+};
+
+// Everything points into the file's bytes, which the caller keeps alive and unchanged, or into `inflated`.
+struct SidecarContents {
+  const FileHeader* header = nullptr;
+  std::span<const SectionEntry> sections;
+  std::vector<ObjectContents> objects;
+  std::vector<std::pair<std::string_view, std::string_view>> provenance;  // sorted by key
+  std::vector<AlignedBytes> inflated;
+};
+
+// Reads a whole sidecar.
+//
+// Safe on any bytes: every count is bounded by the bytes behind it before it is used, and memory use is at most
+// a small multiple of the sizes that largest_logical_size() allows for the file. Returns the contents when no error
+// was found; what was found, warnings too, is appended to `findings` in the order of the bytes. At most one finding
+// of a kind is reported per section or object.
+//
+// file      the bytes of the whole file, 8-byte aligned; raw trees are used in place when they are 64-byte aligned
+//           (a page-aligned map always is) and copied otherwise
+std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::vector<Finding>& findings);
+
+// The logical bytes of one section (decompressed if need be) after read_sidecar has accepted the file.
+// Empty when out of memory.
+AlignedBytes section_bytes(Bytes file, const SectionEntry& section);
+
+}  // namespace vcd

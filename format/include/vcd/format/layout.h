@@ -1,0 +1,99 @@
+// The bytes of a .vcd file, shared by reader, writer and validator. Normative text: spec/vcd-format.md.
+// All numbers are little-endian; all structs below are exactly the bytes on disk.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+
+namespace vcd {
+
+static_assert(std::endian::native == std::endian::little, "vcd reads and writes its files in place: little-endian only");
+
+// Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
+inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
+inline constexpr uint16_t kVersionMajor = 1;
+inline constexpr uint16_t kVersionMinor = 0;
+
+struct FileHeader {
+  std::array<uint8_t, 8> magic;
+  uint16_t version_major;
+  uint16_t version_minor;
+  uint32_t section_count;
+  uint64_t file_size;            // of the whole file, bytes
+  uint64_t section_table_xxh3;   // XXH3-64 of the section table that follows this header
+  uint8_t reserved[24];          // zero
+  uint64_t header_xxh3;          // XXH3-64 of the 56 bytes above
+};
+static_assert(sizeof(FileHeader) == 64 && offsetof(FileHeader, file_size) == 16 &&
+              offsetof(FileHeader, header_xxh3) == 56);
+
+constexpr uint32_t section_type(const char (&name)[5]) {
+  return static_cast<uint32_t>(static_cast<uint8_t>(name[0])) | static_cast<uint32_t>(static_cast<uint8_t>(name[1])) << 8 |
+         static_cast<uint32_t>(static_cast<uint8_t>(name[2])) << 16 |
+         static_cast<uint32_t>(static_cast<uint8_t>(name[3])) << 24;
+}
+inline constexpr uint32_t kSectionObjects = section_type("OBJT");     // critical, one: ObjectRecord[]
+inline constexpr uint32_t kSectionNames = section_type("NAME");       // critical, one: UTF-8 bytes of the object names
+inline constexpr uint32_t kSectionProvenance = section_type("PROV");  // optional, at most one: sorted key/value pairs
+inline constexpr uint32_t kSectionTree = section_type("TREE");        // critical, one an object
+inline constexpr uint32_t kSectionGeometry = section_type("GEOM");    // optional, at most one an object: Draco bytes
+
+inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
+inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section
+
+enum class Storage : uint32_t { raw = 0, zstd = 1 };
+
+struct SectionEntry {
+  uint32_t type;
+  uint32_t flags;
+  uint32_t object;        // index of the object that the section belongs to, or kNone
+  uint32_t storage;       // Storage
+  uint64_t offset;        // from the start of the file; a multiple of alignment
+  uint64_t stored_size;   // bytes in the file
+  uint64_t logical_size;  // bytes after decompression
+  uint64_t stored_xxh3;   // XXH3-64 of the stored bytes
+  uint64_t logical_xxh3;  // XXH3-64 of the logical bytes
+  uint32_t alignment;     // 8 or 4096
+  uint32_t reserved;      // zero
+};
+static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, logical_xxh3) == 48);
+
+inline constexpr uint32_t kSmallAlignment = 8;
+inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which are mapped and used in place
+
+// A zstd section may claim at most this many logical bytes, so that a small file cannot ask for a large allocation.
+constexpr uint64_t largest_logical_size(uint64_t stored_size) { return (uint64_t{1} << 20) + 256 * stored_size; }
+
+enum class Method : uint8_t { sampled = 1 };
+
+struct ObjectRecord {
+  uint32_t name_offset;  // into the NAME section
+  uint32_t name_length;  // bytes; 0 for an object without a name
+  uint32_t source_index; // of the mesh in its source file
+  uint8_t depth;         // 1 … 8
+  uint8_t method;        // Method
+  uint8_t reserved0[2];  // zero
+  float box_min[3];      // the padded box, object frame
+  float box_max[3];
+  std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first
+  uint64_t triangle_count;                // of the welded mesh
+  uint64_t vertex_count;
+  uint64_t cells[3];           // clear, blocked, unclassified cells of the deepest stored level; sum 15 * 16^levels
+  uint32_t tree_section;       // index into the section table
+  uint32_t geometry_section;   // likewise, or kNone
+  uint64_t block256_count;     // pools of the TREE section
+  uint64_t block16_count;
+  uint64_t brick_count;
+  uint64_t nodes_unfolded;     // of the octree as the paper counts: every node a 32-bit word
+  uint64_t nodes_folded;       // with sixteen leaf children folded into their parent's word
+  uint64_t nodes_shared;       // and identical groups of sixteen children stored once
+  uint32_t method_parameters[8];  // sampled: samples a cell, seed (low word), seed (high word); the rest zero
+  uint8_t reserved1[72];          // zero
+};
+static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, box_min) == 16 &&
+              offsetof(ObjectRecord, geometry_hash) == 40 && offsetof(ObjectRecord, cells) == 72 &&
+              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, method_parameters) == 152);
+
+}  // namespace vcd

@@ -1,0 +1,104 @@
+// The tree of one object as it lies in memory and in the file: how a cell's class is found.
+// Normative text: spec/vcd-format.md, "TREE section".
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include <vcd/format/line_cell.h>
+#include <vcd/format/segment.h>
+
+namespace vcd {
+
+inline constexpr uint32_t kMinDepth = 1;
+inline constexpr uint32_t kMaxDepth = 8;
+
+// How many levels each part of the tree resolves, for an object of the given depth (1 … 8).
+// Depth 1 is stored as depth 2 with every cell repeated, so a brick always holds two levels.
+struct TreeShape {
+  uint32_t levels;       // stored levels, max(depth, 2)
+  uint32_t top_levels;   // 0 … 3
+  bool has_blocks256;    // a 256-way block (two levels) below the top table
+  bool has_blocks16;     // a 16-way block (one level) below that
+
+  constexpr uint32_t top_words() const { return kFacePairs << (4 * top_levels); }  // without the spare slot
+  constexpr uint64_t top_bytes() const { return ((uint64_t{top_words()} + 1) * 4 + 63) & ~uint64_t{63}; }
+  constexpr uint64_t cells() const { return uint64_t{kFacePairs} << (4 * levels); }
+};
+constexpr TreeShape tree_shape(uint32_t depth) {
+  const uint32_t levels = depth < 2 ? 2 : depth;
+  const uint32_t top = levels - 2 < 3 ? levels - 2 : 3;
+  return {levels, top, levels >= 7, levels == 6 || levels == 8};
+}
+
+inline constexpr size_t kBrickBytes = 64;       // 256 cells × 2 bits
+inline constexpr size_t kBlock16Words = 16;     // 64 bytes
+inline constexpr size_t kBlock256Words = 256;   // 1024 bytes
+
+// Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
+inline constexpr uint32_t kUniformBlocks = 3;
+
+// A tree in place. Every word of top is an index into the next pool that the shape has, every word of that pool into
+// the next, and the last into bricks. All pointers are 64-byte aligned.
+struct TreeView {
+  TreeShape shape{};
+  const uint32_t* top = nullptr;        // top_words() words, and one spare word that is 0: lines that miss the box
+  const uint32_t* blocks256 = nullptr;  // count * 256 words
+  const uint32_t* blocks16 = nullptr;   // count * 16 words
+  const uint8_t* bricks = nullptr;      // count * 64 bytes
+  uint64_t block256_count = 0;
+  uint64_t block16_count = 0;
+  uint64_t brick_count = 0;
+  bool has_clear = true;    // false: the object record counts no clear cell, so looking for one is skipped
+  bool has_blocked = true;  // likewise
+};
+
+// Row-major index of the `bits` bits above bit `low` of each of s, t, u, v.
+inline uint32_t row_major(uint32_t s, uint32_t t, uint32_t u, uint32_t v, uint32_t low, uint32_t bits) {
+  const uint32_t mask = (1u << bits) - 1;
+  uint32_t index = (s >> low) & mask;
+  index = index << bits | ((t >> low) & mask);
+  index = index << bits | ((u >> low) & mask);
+  return index << bits | ((v >> low) & mask);
+}
+
+inline uint32_t top_slot(TreeShape shape, const LineCell& line) {
+  const uint32_t bits = shape.top_levels;
+  return line.pair << (4 * bits) | row_major(line.s, line.t, line.u, line.v, 8 - bits, bits);
+}
+
+// The two bits of a cell in a brick: cell i stands in byte i / 4 at bit 2 * (i % 4).
+inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[cell >> 2] >> (2 * (cell & 3)) & 3u; }
+
+// The class of the cell that is reached from one top slot and the line's s, t, u, v. The value 3, which no valid file
+// holds, reads as unclassified.
+inline Visibility class_from_slot(const TreeView& tree, TreeShape shape, uint32_t slot, const LineCell& line) {
+  uint32_t index = tree.top[slot];
+  uint32_t low = 8 - shape.top_levels;  // bits of each coordinate that are left
+  if (shape.has_blocks256) {
+    low -= 2;
+    index = tree.blocks256[size_t{index} * kBlock256Words + row_major(line.s, line.t, line.u, line.v, low, 2)];
+  }
+  if (shape.has_blocks16) {
+    low -= 1;
+    index = tree.blocks16[size_t{index} * kBlock16Words + row_major(line.s, line.t, line.u, line.v, low, 1)];
+  }
+  const uint8_t* brick = tree.bricks + size_t{index} * kBrickBytes;
+  const uint32_t bits = brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
+  return static_cast<Visibility>(bits < 2 ? bits : 2);
+}
+
+// What one segment's line and the tree say together: spec/vcd-format.md, "The answer". No allocation, no exception.
+// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away.
+inline Visibility classify(const GridFrame& frame, const TreeView& tree, TreeShape shape, const Segment& segment) {
+  const LineCell line = locate(frame, segment);
+  const bool outside = !line.hits | (segment.t_min >= line.t_exit) | (segment.t_max <= line.t_entry);
+  const bool pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
+  const bool answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
+  if (!(line.valid & answerable)) return Visibility::unclassified;
+  const uint32_t slot = outside ? shape.top_words() : top_slot(shape, line);
+  const Visibility cell = class_from_slot(tree, shape, slot, line);
+  return pierces | (cell == Visibility::clear) ? cell : Visibility::unclassified;
+}
+
+}  // namespace vcd

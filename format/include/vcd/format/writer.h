@@ -1,0 +1,42 @@
+// Contents → .vcd file.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <vcd/format/contents.h>
+#include <vcd/format/error.h>
+
+namespace vcd {
+
+struct ObjectToWrite {
+  std::string_view name;
+  ObjectRecord record{};      // the writer fills in the name's place and the section indices; the rest is the caller's
+  std::vector<Bytes> tree;    // the TREE section's logical bytes, in pieces
+  Bytes geometry;             // Draco bytes or empty
+};
+struct OptionalSection {      // one of a type this version does not know, carried along
+  SectionEntry entry{};
+  Bytes logical;
+};
+
+struct SidecarToWrite {
+  std::vector<ObjectToWrite> objects;
+  std::map<std::string, std::string> provenance;
+  std::vector<OptionalSection> others;
+  Storage storage = Storage::raw;  // zstd: compress what gains by it, align sections to 8 bytes; to ship, not to render
+  int zstd_level = 19;
+};
+
+// The TREE section's logical bytes of a tree in memory, in pieces that point into it. tree.top must have
+// shape.top_bytes() bytes: the words, the spare slot and zero padding.
+std::vector<Bytes> tree_pieces(const TreeView& tree);
+
+// Writes the file as a temporary file beside `path`, flushes it to disk and renames it over `path`, so that a reader
+// sees the old file or the new one, and an error leaves nothing behind. Returns the file's size.
+// Errors: io, naming the file and the system's reason. The same contents always give the same bytes.
+Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents);
+
+}  // namespace vcd

@@ -1,0 +1,162 @@
+#include <vcd/format/writer.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include <zstd.h>
+
+#include "atomic_file.h"
+#include "checksum.h"
+
+namespace vcd {
+namespace {
+
+template <class T>
+Bytes bytes_of(const T& value) {
+  return std::as_bytes(std::span(&value, 1));
+}
+
+struct Section {
+  SectionEntry entry{};
+  std::vector<Bytes> pieces;          // logical bytes
+  std::vector<std::byte> compressed;  // in use when entry.storage is zstd
+};
+
+std::vector<std::byte> encode_provenance(const std::map<std::string, std::string>& pairs) {
+  std::vector<std::byte> out;
+  const auto put = [&](Bytes bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
+  const auto put_number = [&](size_t n) { put(bytes_of(static_cast<uint32_t>(n))); };
+  put_number(pairs.size());
+  for (const auto& [key, value] : pairs) {
+    put_number(key.size());
+    put_number(value.size());
+    put(std::as_bytes(std::span(key)));
+    put(std::as_bytes(std::span(value)));
+  }
+  return out;
+}
+
+// One zstd frame with its content size. Empty on failure.
+std::vector<std::byte> compress(std::span<const Bytes> pieces, uint64_t logical_size, int level) {
+  const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
+  ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
+  ZSTD_CCtx_setPledgedSrcSize(context.get(), logical_size);
+  std::vector<std::byte> out(ZSTD_compressBound(logical_size));
+  ZSTD_outBuffer output{out.data(), out.size(), 0};
+  size_t left = 0;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    ZSTD_inBuffer input{pieces[i].data(), pieces[i].size(), 0};
+    const bool last = i + 1 == pieces.size();
+    do {
+      left = ZSTD_compressStream2(context.get(), &output, &input, last ? ZSTD_e_end : ZSTD_e_continue);
+      if (ZSTD_isError(left)) return {};
+    } while (last ? left != 0 : input.pos < input.size);
+  }
+  out.resize(output.pos);
+  out.shrink_to_fit();
+  return out;
+}
+
+// Decides raw or zstd for one section and fills in its sizes and checksums.
+void store(Section& section, Storage storage, int level) {
+  SectionEntry& e = section.entry;
+  e.logical_size = 0;
+  for (Bytes piece : section.pieces) e.logical_size += piece.size();
+  e.logical_xxh3 = checksum(section.pieces);
+  const bool compressible = e.type != kSectionObjects && e.type != kSectionNames && e.type != kSectionProvenance &&
+                            e.type != kSectionGeometry;
+  if (storage == Storage::zstd && compressible && e.logical_size > 0) {
+    section.compressed = compress(section.pieces, e.logical_size, level);
+    const uint64_t size = section.compressed.size();
+    if (size > 0 && size < e.logical_size && e.logical_size <= largest_logical_size(size)) {
+      e.storage = static_cast<uint32_t>(Storage::zstd);
+      e.alignment = kSmallAlignment;
+      e.stored_size = size;
+      e.stored_xxh3 = checksum(section.compressed);
+      return;
+    }
+    section.compressed.clear();
+  }
+  e.storage = static_cast<uint32_t>(Storage::raw);
+  e.alignment = e.type == kSectionTree ? kPageAlignment : kSmallAlignment;
+  e.stored_size = e.logical_size;
+  e.stored_xxh3 = e.logical_xxh3;
+}
+
+Section make_section(uint32_t type, uint32_t flags, uint32_t object, std::vector<Bytes> pieces) {
+  Section section;
+  section.entry.type = type;
+  section.entry.flags = flags;
+  section.entry.object = object;
+  section.pieces = std::move(pieces);
+  return section;
+}
+
+}  // namespace
+
+std::vector<Bytes> tree_pieces(const TreeView& tree) {
+  const auto piece = [](const void* data, uint64_t size) { return Bytes(static_cast<const std::byte*>(data), size); };
+  return {piece(tree.top, tree.shape.top_bytes()), piece(tree.blocks256, tree.block256_count * kBlock256Words * 4),
+          piece(tree.blocks16, tree.block16_count * kBlock16Words * 4),
+          piece(tree.bricks, tree.brick_count * kBrickBytes)};
+}
+
+Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) {
+  std::string names;
+  std::vector<ObjectRecord> records;
+  for (const ObjectToWrite& object : contents.objects) {
+    ObjectRecord record = object.record;
+    record.name_offset = static_cast<uint32_t>(names.size());
+    record.name_length = static_cast<uint32_t>(object.name.size());
+    names += object.name;
+    records.push_back(record);
+  }
+  const std::vector<std::byte> provenance = encode_provenance(contents.provenance);
+
+  std::vector<Section> sections;
+  sections.push_back(make_section(kSectionObjects, kSectionCritical, kNone, {std::as_bytes(std::span(records))}));
+  sections.push_back(make_section(kSectionNames, kSectionCritical, kNone, {std::as_bytes(std::span(names))}));
+  sections.push_back(make_section(kSectionProvenance, 0, kNone, {provenance}));
+  for (uint32_t i = 0; i < contents.objects.size(); ++i) {
+    const ObjectToWrite& object = contents.objects[i];
+    records[i].tree_section = static_cast<uint32_t>(sections.size());
+    sections.push_back(make_section(kSectionTree, kSectionCritical, i, object.tree));
+    records[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections.size());
+    if (!object.geometry.empty()) sections.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
+  }
+  for (const OptionalSection& other : contents.others)
+    sections.push_back(make_section(other.entry.type, other.entry.flags, other.entry.object, {other.logical}));
+
+  AtomicFile file(path);
+  uint64_t end = sizeof(FileHeader) + sections.size() * sizeof(SectionEntry);
+  file.append_zeros(end);
+  std::vector<SectionEntry> table;
+  for (Section& section : sections) {
+    store(section, contents.storage, contents.zstd_level);
+    SectionEntry& e = section.entry;
+    e.offset = (end + e.alignment - 1) / e.alignment * e.alignment;
+    file.append_zeros(e.offset - end);
+    if (!section.compressed.empty()) {
+      file.append(section.compressed);
+      section.compressed = {};
+    } else {
+      for (Bytes piece : section.pieces) file.append(piece);
+    }
+    end = e.offset + e.stored_size;
+    table.push_back(e);
+  }
+
+  FileHeader header{};
+  header.magic = kMagic;
+  header.version_major = kVersionMajor;
+  header.version_minor = kVersionMinor;
+  header.section_count = static_cast<uint32_t>(table.size());
+  header.file_size = end;
+  header.section_table_xxh3 = checksum(std::as_bytes(std::span(table)));
+  header.header_xxh3 = checksum(bytes_of(header).first(offsetof(FileHeader, header_xxh3)));
+  file.overwrite(0, bytes_of(header));
+  file.overwrite(sizeof header, std::as_bytes(std::span(table)));
+  return file.commit();
+}
+
+}  // namespace vcd

@@ -1,0 +1,100 @@
+// Opens .vcd sidecars and answers segments. This header and a few kilobytes of code are all that a renderer needs.
+//
+//   auto sidecar = vcd::Sidecar::open("tree.vcd");
+//   if (!sidecar) return fail(sidecar.error().message);
+//   vcd::Object tree = sidecar->object(0);
+//   bool dark = tree.occluded(segment, [&] { return my_bvh_occluded(segment); });
+//
+// Threads: everything is immutable after open(); any number of threads may query at once without locks.
+// Queries never allocate, throw or touch global state.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <utility>
+
+#include <vcd/format/contents.h>
+#include <vcd/format/error.h>
+#include <vcd/format/segment.h>
+
+namespace vcd {
+
+struct ObjectData;  // private: what a query needs, in one place
+
+// One object of an open sidecar: a pointer, to be passed by value. Valid as long as its Sidecar lives (moving the
+// Sidecar is fine). All coordinates are in the object's own frame, before any instance transform.
+class Object {
+ public:
+  // Is the segment blocked by this object? See spec/conventions.md for every corner case.
+  // Any bit pattern is allowed in the segment; what is doubtful is unclassified.
+  Visibility classify(const Segment& segment) const noexcept;
+
+  // The same for an array. answers.size() must be at least segments.size(); answers[i] is segments[i]'s.
+  void classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept;
+
+  // Whether the segment is blocked, with `fallback() -> bool` asked for unclassified segments only.
+  template <class Fallback>
+  bool occluded(const Segment& segment, Fallback&& fallback) const {
+    const Visibility answer = classify(segment);
+    return answer == Visibility::unclassified ? static_cast<bool>(std::forward<Fallback>(fallback)())
+                                              : answer == Visibility::blocked;
+  }
+
+  std::string_view name() const noexcept;         // UTF-8; empty where the source had none
+  const ObjectRecord& record() const noexcept;    // box, depth, method, hash, counts: <vcd/format/layout.h>
+
+ private:
+  friend class Sidecar;
+  explicit Object(const ObjectData* data) : data_(data) {}
+  const ObjectData* data_;
+};
+
+enum class Load {
+  map,   // memory-map: pages are read when first touched. For files that nobody truncates or rewrites in place
+         // (a truncated map raises SIGBUS). vcd's own programs replace files by renaming, which is safe.
+  copy,  // read into memory first: for storage that others may rewrite
+};
+
+struct OpenOptions {
+  Load load = Load::map;
+  // full reads the whole file once and verifies every checksum. bounds verifies the tables and every index, so that
+  // queries are memory-safe on any bytes, but would not notice damage to the cells themselves.
+  CheckLevel check = CheckLevel::full;
+};
+
+class Sidecar {
+ public:
+  // Opens a file. Errors: io (cannot be opened or read), invalid_file or unsupported (the first finding, see
+  // <vcd/format/findings.h>), runtime (out of memory). The message names the file, the byte and the reason.
+  static Result<Sidecar> open(const std::filesystem::path& path, const OpenOptions& options = {});
+
+  // Opens a file that is already in memory, without a copy where bytes.data() is 64-byte aligned (else trees are
+  // copied). The caller keeps the bytes alive and unchanged as long as the Sidecar lives; 8-byte alignment is needed.
+  static Result<Sidecar> open_buffer(Bytes bytes, CheckLevel check = CheckLevel::full);
+
+  Sidecar(Sidecar&&) noexcept;
+  Sidecar& operator=(Sidecar&&) noexcept;
+  ~Sidecar();
+
+  size_t object_count() const noexcept;
+  Object object(size_t index) const noexcept;  // index < object_count()
+
+  // The first object of that name or geometry hash, in file order. Linear in the number of objects: look up once.
+  std::optional<Object> find(std::string_view name) const noexcept;
+  std::optional<Object> find(const std::array<uint8_t, 16>& geometry_hash) const noexcept;
+
+  const SidecarContents& contents() const noexcept;  // sections and provenance
+
+ private:
+  struct State;
+  explicit Sidecar(std::unique_ptr<State> state);
+  static Result<Sidecar> read(std::unique_ptr<State> state, Bytes bytes, CheckLevel check, const std::string& name);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vcd

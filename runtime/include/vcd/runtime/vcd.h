@@ -1,0 +1,80 @@
+/* vcd in C: open a sidecar, classify segments. The same semantics as <vcd/runtime/sidecar.h>.
+ *
+ * Handles are opaque, const and immutable after vcd_open: any number of threads may query one at once. A vcd_object
+ * lives as long as the sidecar it came from. Queries never fail, allocate or block. */
+#ifndef VCD_RUNTIME_VCD_H
+#define VCD_RUNTIME_VCD_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum vcd_result {
+  VCD_SUCCESS = 0,
+  VCD_ERROR_USAGE = 1,        /* an argument is null, misaligned or out of range */
+  VCD_ERROR_IO = 2,           /* the file cannot be opened or read */
+  VCD_ERROR_INVALID_FILE = 3, /* the bytes are not a valid sidecar */
+  VCD_ERROR_RUNTIME = 4,      /* out of memory */
+  VCD_ERROR_UNSUPPORTED = 5   /* a version or a critical section that this library does not know */
+} vcd_result;
+
+typedef enum vcd_visibility { VCD_CLEAR = 0, VCD_BLOCKED = 1, VCD_UNCLASSIFIED = 2 } vcd_visibility;
+
+/* All points origin + t * direction, t_min < t < t_max, in the object's own frame. 32 bytes. */
+typedef struct vcd_segment {
+  float origin[3];
+  float t_min;
+  float direction[3];
+  float t_max;
+} vcd_segment;
+
+typedef struct vcd_sidecar vcd_sidecar;
+typedef struct vcd_object vcd_object;
+
+typedef struct vcd_open_options {
+  size_t size;       /* sizeof(vcd_open_options) */
+  int copy;          /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
+  int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
+} vcd_open_options;
+
+typedef struct vcd_error {
+  size_t size;       /* sizeof(vcd_error), set by the caller */
+  char message[500]; /* zero-terminated, cut where it does not fit */
+} vcd_error;
+
+/* "success", "invalid file", …: a static string for any value. */
+const char* vcd_result_string(vcd_result result);
+
+/* Opens a file. On success *sidecar must be given to vcd_close; on failure it is NULL.
+ * path     zero-terminated, in the file system's encoding
+ * options  NULL for the defaults (map, verify everything)
+ * error    NULL, or where the message goes */
+vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error);
+
+/* Opens a whole file that is already in memory; the caller keeps it alive and unchanged until vcd_close.
+ * data     aligned to 8 bytes (64 avoids a copy of the trees); size bytes */
+vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options* options, const vcd_sidecar** sidecar,
+                           vcd_error* error);
+
+void vcd_close(const vcd_sidecar* sidecar); /* NULL is fine */
+
+size_t vcd_object_count(const vcd_sidecar* sidecar);
+const vcd_object* vcd_object_at(const vcd_sidecar* sidecar, size_t index);               /* NULL past the end */
+const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* name);      /* NULL if there is none */
+const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]);
+
+/* The object's name, UTF-8, NOT zero-terminated; *length gets its bytes. Lives as long as the sidecar. */
+const char* vcd_object_name(const vcd_object* object, size_t* length);
+
+vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment);
+
+/* answers[i] gets the vcd_visibility of segments[i], as one byte, for i < count. */
+void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

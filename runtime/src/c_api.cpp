@@ -1,0 +1,131 @@
+#include <cstring>
+#include <new>
+#include <string>
+
+#include <vcd/runtime/sidecar.h>
+#include <vcd/runtime/vcd.h>
+
+// Handles: vcd_sidecar is a vcd::Sidecar with one vcd::Object for each of its objects, whose addresses are the
+// vcd_object handles.
+struct vcd_object {
+  vcd::Object object;
+};
+struct vcd_sidecar {
+  vcd::Sidecar sidecar;
+  std::vector<vcd_object> objects;
+};
+
+static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) && offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
+static_assert(sizeof(vcd::Visibility) == 1);
+
+namespace {
+
+vcd_result fail(vcd_error* error, vcd_result result, const std::string& message) {
+  if (error && error->size > offsetof(vcd_error, message)) {
+    const size_t room = error->size - offsetof(vcd_error, message) - 1;
+    const size_t length = message.copy(error->message, room);
+    error->message[length] = '\0';
+  }
+  return result;
+}
+
+vcd::OpenOptions translate(const vcd_open_options* options) {
+  vcd::OpenOptions result;
+  if (!options) return result;
+  if (options->copy) result.load = vcd::Load::copy;
+  if (options->check_bounds_only) result.check = vcd::CheckLevel::bounds;
+  return result;
+}
+
+vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd_error* error) {
+  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  try {
+    auto* handle = new vcd_sidecar{std::move(*opened), {}};
+    *out = handle;
+    for (size_t i = 0; i < handle->sidecar.object_count(); ++i)
+      handle->objects.push_back({handle->sidecar.object(i)});
+    return VCD_SUCCESS;
+  } catch (const std::bad_alloc&) {
+    delete *out;
+    *out = nullptr;
+    return fail(error, VCD_ERROR_RUNTIME, "out of memory");
+  }
+}
+
+bool usable(const vcd_open_options* options) { return !options || options->size >= sizeof(vcd_open_options); }
+
+const vcd_object* handle_of(const vcd_sidecar* sidecar, const std::optional<vcd::Object>& found) {
+  if (!found) return nullptr;
+  for (const vcd_object& object : sidecar->objects)
+    if (&object.object.record() == &found->record()) return &object;
+  return nullptr;
+}
+
+}  // namespace
+
+extern "C" {
+
+const char* vcd_result_string(vcd_result result) {
+  switch (result) {
+    case VCD_SUCCESS: return "success";
+    case VCD_ERROR_USAGE: return "wrong argument";
+    case VCD_ERROR_IO: return "input or output failed";
+    case VCD_ERROR_INVALID_FILE: return "invalid file";
+    case VCD_ERROR_RUNTIME: return "out of memory";
+    case VCD_ERROR_UNSUPPORTED: return "unsupported version or section";
+  }
+  return "unknown result";
+}
+
+vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error) {
+  if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
+  *sidecar = nullptr;
+  if (!path || !usable(options)) return fail(error, VCD_ERROR_USAGE, "path is null, or options->size is not set");
+  return finish(vcd::Sidecar::open(path, translate(options)), sidecar, error);
+}
+
+vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options* options, const vcd_sidecar** sidecar,
+                           vcd_error* error) {
+  if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
+  *sidecar = nullptr;
+  if ((!data && size) || !usable(options))
+    return fail(error, VCD_ERROR_USAGE, "data is null, or options->size is not set");
+  const vcd::Bytes bytes(static_cast<const std::byte*>(data), size);
+  return finish(vcd::Sidecar::open_buffer(bytes, translate(options).check), sidecar, error);
+}
+
+void vcd_close(const vcd_sidecar* sidecar) { delete sidecar; }
+
+size_t vcd_object_count(const vcd_sidecar* sidecar) { return sidecar->objects.size(); }
+
+const vcd_object* vcd_object_at(const vcd_sidecar* sidecar, size_t index) {
+  return index < sidecar->objects.size() ? &sidecar->objects[index] : nullptr;
+}
+
+const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* name) {
+  return handle_of(sidecar, sidecar->sidecar.find(std::string_view(name)));
+}
+
+const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]) {
+  std::array<uint8_t, 16> bytes;
+  std::memcpy(bytes.data(), hash, bytes.size());
+  return handle_of(sidecar, sidecar->sidecar.find(bytes));
+}
+
+const char* vcd_object_name(const vcd_object* object, size_t* length) {
+  const std::string_view name = object->object.name();
+  if (length) *length = name.size();
+  return name.data();
+}
+
+vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment) {
+  vcd::Segment copy;
+  std::memcpy(&copy, segment, sizeof copy);
+  return static_cast<vcd_visibility>(object->object.classify(copy));
+}
+
+void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers) {
+  for (size_t i = 0; i < count; ++i) answers[i] = static_cast<uint8_t>(vcd_classify(object, &segments[i]));
+}
+
+}  // extern "C"

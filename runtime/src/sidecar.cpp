@@ -1,0 +1,124 @@
+#include <vcd/runtime/sidecar.h>
+
+#include <cstdint>
+#include <new>
+#include <vector>
+
+#include <vcd/format/file_bytes.h>
+#include <vcd/format/tree.h>
+
+namespace vcd {
+
+struct ObjectData {
+  GridFrame frame;
+  TreeView tree;
+  const ObjectRecord* record;
+  std::string_view name;
+};
+
+struct Sidecar::State {
+  FileBytes file;
+  SidecarContents contents;
+  std::vector<ObjectData> objects;
+};
+
+namespace {
+
+// One kernel a depth, so that every shift and mask is a constant.
+template <class Body>
+auto with_shape(const TreeView& tree, Body&& body) {
+  switch (tree.shape.levels) {
+    case 2: return body(tree_shape(2));
+    case 3: return body(tree_shape(3));
+    case 4: return body(tree_shape(4));
+    case 5: return body(tree_shape(5));
+    case 6: return body(tree_shape(6));
+    case 7: return body(tree_shape(7));
+    default: return body(tree_shape(8));
+  }
+}
+
+Error first_error(const std::string& name, std::span<const Finding> findings) {
+  for (const Finding& finding : findings) {
+    if (finding_info(finding.id).severity != Severity::error) continue;
+    const bool unsupported =
+        finding.id == FindingId::unsupported_version || finding.id == FindingId::unknown_critical;
+    return {unsupported ? ErrorCode::unsupported : ErrorCode::invalid_file, name + ": " + describe(finding)};
+  }
+  return {ErrorCode::invalid_file, name + ": not a valid sidecar"};
+}
+
+}  // namespace
+
+Visibility Object::classify(const Segment& segment) const noexcept {
+  return with_shape(data_->tree,
+                    [&](TreeShape shape) { return vcd::classify(data_->frame, data_->tree, shape, segment); });
+}
+
+void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
+  with_shape(data_->tree, [&](TreeShape shape) {
+    for (size_t i = 0; i < segments.size(); ++i)
+      answers[i] = vcd::classify(data_->frame, data_->tree, shape, segments[i]);
+  });
+}
+
+std::string_view Object::name() const noexcept { return data_->name; }
+const ObjectRecord& Object::record() const noexcept { return *data_->record; }
+
+Sidecar::Sidecar(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Sidecar::Sidecar(Sidecar&&) noexcept = default;
+Sidecar& Sidecar::operator=(Sidecar&&) noexcept = default;
+Sidecar::~Sidecar() = default;
+
+Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, CheckLevel check, const std::string& name) {
+  std::vector<Finding> findings;
+  auto contents = read_sidecar(bytes, check, findings);
+  if (!contents) return first_error(name, findings);
+  state->contents = std::move(*contents);
+  for (const ObjectContents& object : state->contents.objects)
+    state->objects.push_back({make_grid_frame(object.record->box_min, object.record->box_max), object.tree,
+                              object.record, object.name});
+  return Sidecar(std::move(state));
+}
+
+Result<Sidecar> Sidecar::open(const std::filesystem::path& path, const OpenOptions& options) {
+  try {
+    auto file = options.load == Load::map ? FileBytes::map(path) : FileBytes::copy(path);
+    if (!file) return file.error();
+    auto state = std::make_unique<State>();
+    state->file = std::move(*file);
+    const Bytes bytes = state->file.bytes();
+    return read(std::move(state), bytes, options.check, path.string());
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::runtime, path.string() + ": out of memory"};
+  }
+}
+
+Result<Sidecar> Sidecar::open_buffer(Bytes bytes, CheckLevel check) {
+  try {
+    if (reinterpret_cast<uintptr_t>(bytes.data()) % 8 != 0)
+      return Error{ErrorCode::usage, "buffer: its address is not a multiple of 8"};
+    return read(std::make_unique<State>(), bytes, check, "buffer");
+  } catch (const std::bad_alloc&) {
+    return Error{ErrorCode::runtime, "buffer: out of memory"};
+  }
+}
+
+size_t Sidecar::object_count() const noexcept { return state_->objects.size(); }
+Object Sidecar::object(size_t index) const noexcept { return Object(&state_->objects[index]); }
+
+std::optional<Object> Sidecar::find(std::string_view name) const noexcept {
+  for (const ObjectData& object : state_->objects)
+    if (object.name == name) return Object(&object);
+  return std::nullopt;
+}
+
+std::optional<Object> Sidecar::find(const std::array<uint8_t, 16>& geometry_hash) const noexcept {
+  for (const ObjectData& object : state_->objects)
+    if (object.record->geometry_hash == geometry_hash) return Object(&object);
+  return std::nullopt;
+}
+
+const SidecarContents& Sidecar::contents() const noexcept { return state_->contents; }
+
+}  // namespace vcd

@@ -1,0 +1,82 @@
+#include "audit_report.h"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace vcd {
+
+std::string replayable(const Segment& s) {
+  char text[256];
+  std::snprintf(text, sizeof text, "%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g", s.origin[0], s.origin[1], s.origin[2],
+                s.t_min, s.direction[0], s.direction[1], s.direction[2], s.t_max);
+  return text;
+}
+
+bool parse_segment(const std::string& text, Segment& segment) {
+  float* const targets[8] = {&segment.origin[0],    &segment.origin[1],    &segment.origin[2],    &segment.t_min,
+                             &segment.direction[0], &segment.direction[1], &segment.direction[2], &segment.t_max};
+  const char* at = text.c_str();
+  for (int i = 0; i < 8; ++i) {
+    char* end = nullptr;
+    *targets[i] = std::strtof(at, &end);
+    if (end == at || *end != (i < 7 ? ',' : '\0')) return false;
+    at = end + 1;
+  }
+  return true;
+}
+
+AuditCounts undirected(const AuditReport& report) {
+  AuditCounts sum;
+  for (AuditKind kind : {AuditKind::uniform, AuditKind::chords}) {
+    const AuditCounts& c = report.counts[static_cast<size_t>(kind)];
+    sum.segments += c.segments;
+    for (int i = 0; i < 2; ++i) {
+      sum.answered[i] += c.answered[i];
+      sum.wrong[i] += c.wrong[i];
+    }
+  }
+  return sum;
+}
+
+Json describe_audit(const AuditReport& report) {
+  Json json;
+  for (size_t k = 0; k < kAuditKinds; ++k) {
+    const AuditCounts& c = report.counts[k];
+    const uint64_t wrong = c.wrong[0] + c.wrong[1];
+    json["kinds"][audit_kind_name(static_cast<AuditKind>(k))] = {
+        {"segments", c.segments},
+        {"answered_clear", c.answered[0]},
+        {"answered_blocked", c.answered[1]},
+        {"wrong_clear", c.wrong[0]},
+        {"wrong_blocked", c.wrong[1]},
+        {"wrong_rate", c.segments ? static_cast<double>(wrong) / static_cast<double>(c.segments) : 0.0},
+        {"wrong_rate_bound_95", upper_bound_95(wrong, c.segments)}};
+  }
+  json["contradictions"] = Json::array();
+  for (const Contradiction& c : report.contradictions)
+    json["contradictions"].push_back({{"kind", audit_kind_name(c.kind)},
+                                      {"segment", replayable(c.segment)},
+                                      {"promised", c.promised == Visibility::clear ? "clear" : "blocked"}});
+  return json;
+}
+
+std::string audit_summary(const AuditReport& report) {
+  char line[256];
+  std::snprintf(line, sizeof line, "  %-9s %10s %9s %9s %11s %11s  %-9s %s\n", "lines", "segments", "clear", "blocked",
+                "wrong clear", "wrong blkd", "wrong", "95 % bound");
+  std::string out = line;
+  for (size_t k = 0; k < kAuditKinds; ++k) {
+    const AuditCounts& c = report.counts[k];
+    const double all = static_cast<double>(c.segments);
+    const uint64_t wrong = c.wrong[0] + c.wrong[1];
+    std::snprintf(line, sizeof line, "  %-9s %10llu %8.2f%% %8.2f%% %11llu %11llu  %-9.2g %.2g\n",
+                  audit_kind_name(static_cast<AuditKind>(k)), static_cast<unsigned long long>(c.segments),
+                  100 * static_cast<double>(c.answered[0]) / all, 100 * static_cast<double>(c.answered[1]) / all,
+                  static_cast<unsigned long long>(c.wrong[0]), static_cast<unsigned long long>(c.wrong[1]),
+                  static_cast<double>(wrong) / all, upper_bound_95(wrong, c.segments));
+    out += line;
+  }
+  return out;
+}
+
+}  // namespace vcd

@@ -1,0 +1,136 @@
+#include "describe.h"
+
+#include <cstdio>
+
+#include "progress.h"
+
+namespace vcd {
+
+std::string hex(const std::array<uint8_t, 16>& hash) {
+  std::string out;
+  char digits[3];
+  for (uint8_t byte : hash) {
+    std::snprintf(digits, sizeof digits, "%02x", byte);
+    out += digits;
+  }
+  return out;
+}
+
+std::string hex(uint64_t value) {
+  char digits[17];
+  std::snprintf(digits, sizeof digits, "%016llx", static_cast<unsigned long long>(value));
+  return digits;
+}
+
+std::string printable(std::string_view name) {
+  if (name.empty()) return "(no name)";
+  std::string out = "\"";
+  for (char c : name) {
+    if (static_cast<unsigned char>(c) < 32 || c == 127) {
+      char escaped[8];
+      std::snprintf(escaped, sizeof escaped, "\\x%02x", static_cast<unsigned char>(c));
+      out += escaped;
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+namespace {
+
+std::string type_name(uint32_t type) {
+  std::string name;
+  for (int i = 0; i < 4; ++i) {
+    const char c = static_cast<char>(type >> (8 * i));
+    name += c > 32 && c < 127 ? c : '?';
+  }
+  return name;
+}
+
+double share(const ObjectRecord& r, int which) {
+  const uint64_t all = r.cells[0] + r.cells[1] + r.cells[2];
+  return all ? static_cast<double>(r.cells[which]) / static_cast<double>(all) : 0;
+}
+
+}  // namespace
+
+Json describe_object(const ObjectContents& object) {
+  const ObjectRecord& r = *object.record;
+  Json json;
+  json["name"] = object.name;
+  json["source_index"] = r.source_index;
+  json["depth"] = r.depth;
+  json["method"] = "sampled";
+  json["samples"] = r.method_parameters[0];
+  json["seed"] = r.method_parameters[1] | uint64_t{r.method_parameters[2]} << 32;
+  json["box_min"] = r.box_min;
+  json["box_max"] = r.box_max;
+  json["geometry_hash"] = hex(r.geometry_hash);
+  json["triangle_count"] = r.triangle_count;
+  json["vertex_count"] = r.vertex_count;
+  json["cells"] = {{"clear", r.cells[0]}, {"blocked", r.cells[1]}, {"unclassified", r.cells[2]}};
+  json["shares"] = {{"clear", share(r, 0)}, {"blocked", share(r, 1)}, {"unclassified", share(r, 2)}};
+  json["blocks"] = {{"blocks256", r.block256_count}, {"blocks16", r.block16_count}, {"bricks", r.brick_count}};
+  json["nodes"] = {{"unfolded", r.nodes_unfolded}, {"folded", r.nodes_folded}, {"shared", r.nodes_shared}};
+  json["embedded_geometry_bytes"] = object.geometry.size();
+  return json;
+}
+
+Json describe_section(const SectionEntry& s) {
+  Json json;
+  json["type"] = type_name(s.type);
+  json["critical"] = (s.flags & kSectionCritical) != 0;
+  json["object"] = s.object == kNone ? Json(nullptr) : Json(s.object);
+  json["storage"] = s.storage == static_cast<uint32_t>(Storage::raw) ? "raw" : "zstd";
+  json["offset"] = s.offset;
+  json["stored_size"] = s.stored_size;
+  json["logical_size"] = s.logical_size;
+  json["stored_xxh3"] = hex(s.stored_xxh3);
+  json["logical_xxh3"] = hex(s.logical_xxh3);
+  return json;
+}
+
+Json describe_finding(const Finding& finding) {
+  const FindingInfo& info = finding_info(finding.id);
+  return {{"id", info.id},
+          {"severity", info.severity == Severity::error ? "error" : "warning"},
+          {"message", info.message},
+          {"detail", finding.detail},
+          {"byte_offset", finding.offset},
+          {"spec_section", info.spec_section}};
+}
+
+std::string object_summary(const ObjectRecord& r) {
+  char line[512];
+  std::string out;
+  std::snprintf(line, sizeof line, "  mesh      %llu triangles, %llu vertices, geometry hash %s\n",
+                static_cast<unsigned long long>(r.triangle_count), static_cast<unsigned long long>(r.vertex_count),
+                hex(r.geometry_hash).c_str());
+  out += line;
+  std::snprintf(line, sizeof line, "  box       (%.9g, %.9g, %.9g) to (%.9g, %.9g, %.9g)\n", r.box_min[0], r.box_min[1],
+                r.box_min[2], r.box_max[0], r.box_max[1], r.box_max[2]);
+  out += line;
+  std::snprintf(line, sizeof line, "  method    sampled, %u rays a cell, depth %u\n", r.method_parameters[0], r.depth);
+  out += line;
+  std::snprintf(line, sizeof line, "  lines     %.1f %% clear, %.1f %% blocked, %.1f %% unclassified\n",
+                100 * share(r, 0), 100 * share(r, 1), 100 * share(r, 2));
+  out += line;
+  std::snprintf(line, sizeof line, "  octree    %s unfolded, %s folded, %s shared (32-bit nodes, as the paper counts)\n",
+                readable_bytes(4 * r.nodes_unfolded).c_str(), readable_bytes(4 * r.nodes_folded).c_str(),
+                readable_bytes(4 * r.nodes_shared).c_str());
+  out += line;
+  const uint64_t bytes = tree_shape(r.depth).top_bytes() + r.block256_count * kBlock256Words * 4 +
+                         r.block16_count * kBlock16Words * 4 + r.brick_count * kBrickBytes;
+  std::snprintf(line, sizeof line, "  tree      %s: %llu bricks, %llu 16-way and %llu 256-way blocks\n",
+                readable_bytes(bytes).c_str(), static_cast<unsigned long long>(r.brick_count),
+                static_cast<unsigned long long>(r.block16_count), static_cast<unsigned long long>(r.block256_count));
+  return out + line;
+}
+
+void print_json(const Json& json) {
+  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
+  std::printf("%s\n", text.c_str());
+}
+
+}  // namespace vcd

@@ -1,0 +1,25 @@
+// Sidecar contents as text and JSON: the same words in every program.
+#pragma once
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+#include <vcd/format/contents.h>
+
+namespace vcd {
+
+using Json = nlohmann::ordered_json;
+
+std::string hex(const std::array<uint8_t, 16>& hash);
+std::string hex(uint64_t value);
+std::string printable(std::string_view name);  // control characters escaped, "(no name)" for none
+
+Json describe_object(const ObjectContents& object);
+Json describe_section(const SectionEntry& section);
+Json describe_finding(const Finding& finding);
+std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
+
+void print_json(const Json& json);  // standard output, two spaces of indent
+
+}  // namespace vcd

@@ -1,0 +1,171 @@
+// vc-bake: mesh files in, .vcd sidecars out.
+#include <cstdio>
+#include <filesystem>
+#include <set>
+
+#include <vcd/baker/bake.h>
+#include <vcd/baker/ingest.h>
+#include <vcd/format/writer.h>
+
+#include "common/describe.h"
+#include "common/program.h"
+#include "common/progress.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace vcd;
+
+struct Options {
+  CommonOptions common;
+  std::vector<std::string> inputs;
+  std::string output;
+  BakeOptions bake;
+  IngestOptions ingest;
+  Storage storage = Storage::raw;
+};
+
+struct BakedFile {
+  fs::path output;
+  uint64_t bytes = 0;
+  std::vector<BakedObject> objects;
+  std::vector<std::string> notes;
+};
+
+fs::path output_of(const Options& options, const fs::path& input) {
+  if (options.output.empty()) return fs::path(input) += ".vcd";
+  if (options.inputs.size() == 1 && !fs::is_directory(options.output) && options.output.back() != '/')
+    return options.output;
+  return (fs::path(options.output) / input.filename()) += ".vcd";
+}
+
+Result<BakedObject> bake_one(const Options& options, const fs::path& input, SourceMesh&& mesh) {
+  ProgressLine line(input.filename().string() + (mesh.name.empty() ? "" : " " + printable(mesh.name)),
+                    options.common.quiet);
+  BakeOptions bake_options = options.bake;
+  bake_options.progress = [&](const BakeProgress& progress) {
+    line.update(progress);
+    return !interrupted();
+  };
+  auto baked = bake(std::move(mesh), bake_options);
+  if (!baked) return Error{baked.error().code, input.string() + ": " + baked.error().message};
+  return baked;
+}
+
+Result<BakedFile> bake_file(const Options& options, const fs::path& input) {
+  BakedFile file;
+  file.output = output_of(options, input);
+  auto ingested = ingest_isolated(input, options.ingest);
+  if (!ingested) return ingested.error();
+  file.notes = std::move(ingested->notes);
+
+  SidecarToWrite sidecar;
+  sidecar.storage = options.storage;
+  sidecar.provenance = {{"baker", "vc-bake " VCD_VERSION},
+                        {"parts", options.ingest.treat_all_as_opaque ? "all, as opaque" : "opaque"},
+                        {"source", input.filename().string()}};
+  for (SourceMesh& mesh : ingested->meshes) {
+    auto baked = bake_one(options, input, std::move(mesh));
+    if (!baked) return baked.error();
+    file.objects.push_back(std::move(*baked));
+  }
+  for (const BakedObject& object : file.objects) sidecar.objects.push_back(object.to_write());
+  auto written = write_sidecar(file.output, sidecar);
+  if (!written) return written.error();
+  file.bytes = *written;
+  return file;
+}
+
+Json report(const fs::path& input, const BakedFile& file) {
+  Json json{{"input", input.string()}, {"output", file.output.string()}, {"bytes", file.bytes}};
+  json["notes"] = file.notes;
+  json["objects"] = Json::array();
+  for (const BakedObject& object : file.objects) {
+    Json entry = describe_object({&object.record, object.name, object.tree(), object.to_write().geometry});
+    entry["duplicate_triangles"] = object.duplicate_triangles;
+    entry["zero_area_triangles"] = object.zero_area_triangles;
+    entry["rays"] = object.rays;
+    entry["seconds"] = object.seconds;
+    json["objects"].push_back(entry);
+  }
+  return json;
+}
+
+void print_summary(const fs::path& input, const BakedFile& file) {
+  std::printf("%s -> %s, %s\n", input.c_str(), file.output.c_str(), readable_bytes(file.bytes).c_str());
+  for (const BakedObject& object : file.objects) {
+    std::printf("object %u %s\n%s", object.record.source_index, printable(object.name).c_str(),
+                object_summary(object.record).c_str());
+    if (object.duplicate_triangles || object.zero_area_triangles)
+      std::printf("  dropped   %llu duplicate and %llu zero-area triangles\n",
+                  static_cast<unsigned long long>(object.duplicate_triangles),
+                  static_cast<unsigned long long>(object.zero_area_triangles));
+    std::printf("  baked     in %s, %s rays, %s rays/s\n", readable_seconds(object.seconds).c_str(),
+                readable_count(static_cast<double>(object.rays)).c_str(),
+                readable_count(static_cast<double>(object.rays) / object.seconds).c_str());
+  }
+}
+
+int run(const Options& options) {
+  if (options.inputs.size() > 1 && !options.output.empty() && !fs::is_directory(options.output)) {
+    print_error(options.output + ": not a folder; with several inputs -o names the folder of the sidecars");
+    return exit_code(ErrorCode::usage);
+  }
+  std::set<fs::path> outputs;
+  for (const std::string& input : options.inputs)
+    if (!outputs.insert(output_of(options, input)).second) {
+      print_error(input + ": another input would be written to " + output_of(options, input).string() + " too");
+      return exit_code(ErrorCode::usage);
+    }
+  catch_interruptions();
+  std::vector<int> codes;
+  Json all = Json::array();
+  for (const std::string& input : options.inputs) {
+    const auto file = interrupted() ? Result<BakedFile>(Error{ErrorCode::runtime, input + ": interrupted"})
+                                    : bake_file(options, input);
+    codes.push_back(file ? kExitOk : exit_code(file.error().code));
+    if (!file) {
+      print_error(file.error().message);
+      all.push_back({{"input", input}, {"error", file.error().message}, {"exit_code", codes.back()}});
+      continue;
+    }
+    if (!options.common.quiet && options.common.format == OutputFormat::text) {
+      for (const std::string& note : file->notes) print_note(note);
+      print_summary(input, *file);
+    }
+    if (options.common.format == OutputFormat::json) all.push_back(report(input, *file));
+  }
+  if (options.common.format == OutputFormat::json)
+    print_json({{"tool", "vc-bake"}, {"version", VCD_VERSION}, {"files", all}});
+  return batch_exit_code(codes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Bakes visibility sidecars: for each mesh file a .vcd file that says which lines through each object's\n"
+               "box are blocked by it and which are clear."};
+  app.add_option("inputs", options.inputs, "Mesh files (.glb .gltf .drc .obj .ply .stl .off); @FILE: a list of them")
+      ->required()
+      ->type_name("MESH...");
+  app.add_option("-o,--output", options.output,
+                 "Sidecar to write, or folder to write to (default: beside each mesh, MESH.vcd)")
+      ->type_name("PATH");
+  app.add_option("-d,--depth", options.bake.depth, "Levels of the octree: each costs about ten times more (default: 5)")
+      ->check(CLI::Range(1, 8));
+  app.add_option("-s,--samples", options.bake.samples, "Rays a cell: 16, 81 or 256 (default: 256)")
+      ->check(CLI::IsMember({16, 81, 256}));
+  app.add_option("--seed", options.bake.seed, "Seed of the sample rays (default: 0)");
+  app.add_option("-j,--threads", options.bake.threads, "Threads; 0: all (default). The result does not depend on it");
+  const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
+  app.add_option("--storage", options.storage, "raw: to be mapped and rendered from (default); ship: compressed")
+      ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))
+      ->type_name("raw|ship");
+  app.add_flag("--embed-geometry", options.bake.embed_geometry,
+               "Add the welded triangles, so that vc-verify can trace without the mesh file");
+  app.add_flag("--all-as-opaque", options.ingest.treat_all_as_opaque,
+               "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
+  add_common_options(app, options.common);
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

@@ -1,0 +1,136 @@
+// vc-info: shows what sidecars hold, and turns one storage into the other.
+#include <cstdio>
+
+#include <vcd/format/writer.h>
+#include <vcd/runtime/sidecar.h>
+
+#include "common/describe.h"
+#include "common/program.h"
+#include "common/progress.h"
+
+namespace {
+
+using namespace vcd;
+
+struct Options {
+  CommonOptions common;
+  std::vector<std::string> files;
+  std::string repack;
+  Storage storage = Storage::raw;
+  bool sections = false;
+};
+
+Json describe(const std::string& path, const SidecarContents& contents) {
+  Json json{{"file", path},
+            {"format_version", {contents.header->version_major, contents.header->version_minor}},
+            {"file_size", contents.header->file_size}};
+  json["objects"] = Json::array();
+  for (const ObjectContents& object : contents.objects) json["objects"].push_back(describe_object(object));
+  json["sections"] = Json::array();
+  for (const SectionEntry& section : contents.sections) json["sections"].push_back(describe_section(section));
+  json["provenance"] = Json::object();
+  for (const auto& [key, value] : contents.provenance) json["provenance"][std::string(key)] = value;
+  return json;
+}
+
+void print(const std::string& path, const SidecarContents& contents, bool sections) {
+  std::printf("%s: vcd %u.%u, %s, %zu object%s\n", path.c_str(), contents.header->version_major,
+              contents.header->version_minor, readable_bytes(contents.header->file_size).c_str(),
+              contents.objects.size(), contents.objects.size() == 1 ? "" : "s");
+  for (const ObjectContents& object : contents.objects) {
+    std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
+                object_summary(*object.record).c_str());
+    if (!object.geometry.empty())
+      std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
+  }
+  for (const auto& [key, value] : contents.provenance)
+    std::printf("%s: %s\n", std::string(key).c_str(), printable(value).c_str());
+  if (!sections) return;
+  std::printf("%-5s %6s %-7s %12s %12s %12s  %-16s\n", "type", "object", "storage", "offset", "stored", "logical",
+              "logical XXH3");
+  for (const SectionEntry& s : contents.sections) {
+    const Json j = describe_section(s);
+    const std::string object = s.object == kNone ? "-" : std::to_string(s.object);
+    std::printf("%-5s %6s %-7s %12llu %12llu %12llu  %s\n", j["type"].get<std::string>().c_str(), object.c_str(),
+                j["storage"].get<std::string>().c_str(), static_cast<unsigned long long>(s.offset),
+                static_cast<unsigned long long>(s.stored_size), static_cast<unsigned long long>(s.logical_size),
+                hex(s.logical_xxh3).c_str());
+  }
+}
+
+Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& options) {
+  const SidecarContents& contents = sidecar.contents();
+  SidecarToWrite out;
+  out.storage = options.storage;
+  for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
+  for (const ObjectContents& object : contents.objects)
+    out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry});
+  std::vector<AlignedBytes> kept;
+  for (const SectionEntry& section : contents.sections) {
+    if (section.type == kSectionObjects || section.type == kSectionNames || section.type == kSectionProvenance ||
+        section.type == kSectionTree || section.type == kSectionGeometry)
+      continue;
+    kept.push_back(section_bytes(file, section));
+    if (kept.back().size != section.logical_size)
+      return Error{ErrorCode::invalid_file, options.files[0] + ": a section cannot be decompressed"};
+    out.others.push_back({section, {kept.back().data.get(), kept.back().size}});
+  }
+  return write_sidecar(options.repack, out);
+}
+
+int run(const Options& options) {
+  if (!options.repack.empty() && options.files.size() != 1) {
+    print_error("--repack takes one sidecar at a time");
+    return exit_code(ErrorCode::usage);
+  }
+  std::vector<int> codes;
+  Json all = Json::array();
+  for (const std::string& path : options.files) {
+    const auto sidecar = Sidecar::open(path);
+    codes.push_back(sidecar ? kExitOk : exit_code(sidecar.error().code));
+    if (!sidecar) {
+      print_error(sidecar.error().message);
+      all.push_back({{"file", path}, {"error", sidecar.error().message}});
+      continue;
+    }
+    if (!options.repack.empty()) {
+      const auto& header = *sidecar->contents().header;
+      const Bytes file(reinterpret_cast<const std::byte*>(&header), header.file_size);
+      const auto written = repack(*sidecar, file, options);
+      if (!written) {
+        print_error(written.error().message);
+        codes.back() = exit_code(written.error().code);
+      } else if (!options.common.quiet) {
+        std::printf("%s (%s) -> %s (%s)\n", path.c_str(), readable_bytes(header.file_size).c_str(),
+                    options.repack.c_str(), readable_bytes(*written).c_str());
+      }
+      continue;
+    }
+    if (options.common.format == OutputFormat::json) {
+      all.push_back(describe(path, sidecar->contents()));
+    } else {
+      print(path, sidecar->contents(), options.sections || options.common.verbose);
+    }
+  }
+  if (options.common.format == OutputFormat::json && options.repack.empty())
+    print_json({{"tool", "vc-info"}, {"version", VCD_VERSION}, {"files", all}});
+  return batch_exit_code(codes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Shows what .vcd sidecars hold, or rewrites one with another storage."};
+  app.add_option("files", options.files, "Sidecars; @FILE: a list of them")->required()->type_name("SIDECAR...");
+  app.add_flag("--sections", options.sections, "List the sections too");
+  app.add_option("--repack", options.repack,
+                 "Write the sidecar's content to this file, in the storage that --storage names")
+      ->type_name("PATH");
+  const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
+  app.add_option("--storage", options.storage, "For --repack. raw: to render from (default); ship: compressed")
+      ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))
+      ->type_name("raw|ship");
+  add_common_options(app, options.common);
+  return run_program(app, argc, argv, [&] { return run(options); });
+}

@@ -1,0 +1,234 @@
+// vc-verify: is a sidecar well-formed, does it belong to the mesh, and does it keep its promises?
+#include <cstdio>
+#include <map>
+
+#include <vcd/baker/audit.h>
+#include <vcd/baker/bake.h>
+#include <vcd/baker/ingest.h>
+#include <vcd/format/file_bytes.h>
+
+#include "common/audit_report.h"
+#include "common/describe.h"
+#include "common/program.h"
+
+namespace {
+
+using namespace vcd;
+
+struct Options {
+  CommonOptions common;
+  std::vector<std::string> files;
+  std::string against;
+  std::string segment;
+  AuditOptions audit;
+  double max_wrong = -1;
+  bool list_findings = false;
+};
+
+using PreparedMeshes = std::vector<PreparedMesh>;
+
+// What one sidecar's check came to.
+struct Outcome {
+  int code = kExitOk;
+  std::vector<std::string> errors;
+  Json json;
+  std::string text;
+
+  void fail(ErrorCode why, const std::string& message) {
+    if (code == kExitOk) code = exit_code(why);
+    errors.push_back(message);
+  }
+};
+
+// The highest share of wrong answers that a method is forgiven: twice the largest error that the paper reports for
+// the same number of samples (Billen and Dutré 2016, Table 2).
+double allowed_wrong(const ObjectRecord& record) {
+  switch (record.method_parameters[0]) {
+    case 16: return 0.026;
+    case 81: return 0.0036;
+    default: return 0.0012;
+  }
+}
+
+Result<PreparedMeshes> prepare_all(std::vector<SourceMesh>&& sources, const std::string& path) {
+  PreparedMeshes meshes;
+  for (SourceMesh& source : sources) {
+    auto mesh = prepare(std::move(source));
+    if (!mesh) return Error{mesh.error().code, path + ": " + mesh.error().message};
+    meshes.push_back(std::move(*mesh));
+  }
+  return meshes;
+}
+
+Result<PreparedMeshes> load_mesh(const std::string& path, const SidecarContents& contents) {
+  IngestOptions ingest;
+  for (const auto& [key, value] : contents.provenance)
+    if (key == "parts") ingest.treat_all_as_opaque = value != "opaque";
+  auto ingested = ingest_isolated(path, ingest);
+  if (!ingested) return ingested.error();
+  return prepare_all(std::move(ingested->meshes), path);
+}
+
+Result<PreparedMeshes> embedded_mesh(const std::string& path, const ObjectContents& object) {
+  auto source = decode_geometry(object.geometry);
+  if (!source) return Error{ErrorCode::invalid_file, path + ": embedded geometry: " + source.error().message};
+  std::vector<SourceMesh> sources;
+  sources.push_back(std::move(*source));
+  return prepare_all(std::move(sources), path + ": embedded geometry");
+}
+
+void audit_object(const Options& options, const std::string& name, const ObjectContents& object,
+                  const PreparedMesh& mesh, Outcome& outcome, Json& json) {
+  const auto report = audit(mesh, *object.record, object.tree, options.audit);
+  if (!report) return outcome.fail(report.error().code, name + ": " + report.error().message);
+  json["audit"] = describe_audit(*report);
+  outcome.text += name + "\n" + audit_summary(*report);
+  for (const Contradiction& c : report->contradictions)
+    outcome.text += std::string("  promised ") + (c.promised == Visibility::clear ? "clear" : "blocked") +
+                    ", traced otherwise: --segment=" + replayable(c.segment) + "\n";
+  const AuditCounts sum = undirected(*report);
+  const uint64_t wrong = sum.wrong[0] + sum.wrong[1];
+  const double rate = static_cast<double>(wrong) / static_cast<double>(std::max<uint64_t>(sum.segments, 1));
+  const double allowed = options.max_wrong >= 0 ? options.max_wrong : allowed_wrong(*object.record);
+  json["allowed_wrong_rate"] = allowed;
+  if (rate <= allowed) return;
+  char message[160];
+  std::snprintf(message, sizeof message, ": %.3g of its answers are wrong, %.3g are allowed for its method", rate, allowed);
+  outcome.fail(ErrorCode::difference, name + message);
+}
+
+void replay(const Options& options, const std::string& name, const ObjectContents& object, const PreparedMesh& mesh,
+            Outcome& outcome, Json& json) {
+  Segment segment;
+  parse_segment(options.segment, segment);
+  const ObjectRecord& r = *object.record;
+  const Visibility answer = classify(make_grid_frame(r.box_min, r.box_max), object.tree, object.tree.shape, segment);
+  const auto traced = trace_segment(mesh, segment);
+  if (!traced) return outcome.fail(traced.error().code, name + ": " + traced.error().message);
+  const char* const words[] = {"clear", "blocked", "unclassified"};
+  const char* said = words[static_cast<size_t>(answer)];
+  json["segment"] = {{"answer", said}, {"traced", words[*traced]}};
+  outcome.text += name + ": the sidecar says " + said + ", tracing says " + words[*traced] + "\n";
+  if (answer != Visibility::unclassified && (answer == Visibility::blocked) != *traced)
+    outcome.fail(ErrorCode::difference, name + ": the segment's answer is wrong");
+}
+
+// Against the given mesh file, or what is embedded. No geometry at hand is fine: then the structure is all there is.
+void check_against_mesh(const Options& options, const std::string& path, const SidecarContents& contents,
+                        Outcome& outcome) {
+  Result<PreparedMeshes> given = PreparedMeshes{};
+  if (!options.against.empty()) given = load_mesh(options.against, contents);
+  if (!given) return outcome.fail(given.error().code, given.error().message);
+  for (size_t i = 0; i < contents.objects.size(); ++i) {
+    const ObjectContents& object = contents.objects[i];
+    Json& json = outcome.json["objects"][i];
+    json["name"] = object.name;
+    const std::string name = path + ": object " + std::to_string(i) + " " + printable(object.name);
+    if (options.against.empty() && object.geometry.empty()) continue;
+    Result<PreparedMeshes> meshes = PreparedMeshes{};
+    if (!object.geometry.empty()) meshes = embedded_mesh(path, object);
+    if (!meshes) {
+      outcome.fail(meshes.error().code, meshes.error().message);
+      continue;
+    }
+    const auto has_hash = [&](const PreparedMesh& mesh) { return mesh.geometry_hash == object.record->geometry_hash; };
+    if (!meshes->empty() && !has_hash(meshes->front())) {
+      outcome.fail(ErrorCode::invalid_file, name + ": the embedded geometry is not the mesh it was baked from");
+      continue;
+    }
+    const PreparedMeshes& candidates = options.against.empty() ? *meshes : *given;
+    const auto found = std::find_if(candidates.begin(), candidates.end(), has_hash);
+    if (found == candidates.end()) {
+      outcome.fail(ErrorCode::stale, name + ": stale: no mesh of " + options.against + " has its geometry hash " +
+                                         hex(object.record->geometry_hash));
+      continue;
+    }
+    if (options.segment.empty()) {
+      audit_object(options, name, object, *found, outcome, json);
+    } else {
+      replay(options, name, object, *found, outcome, json);
+    }
+  }
+}
+
+Outcome verify(const Options& options, const std::string& path) {
+  Outcome outcome;
+  outcome.json["file"] = path;
+  const auto file = FileBytes::copy(path);
+  if (!file) {
+    outcome.fail(file.error().code, file.error().message);
+  } else {
+    std::vector<Finding> findings;
+    const auto contents = read_sidecar(file->bytes(), CheckLevel::full, findings);
+    outcome.json["findings"] = Json::array();
+    for (const Finding& finding : findings) {
+      outcome.json["findings"].push_back(describe_finding(finding));
+      if (finding_info(finding.id).severity == Severity::warning) {
+        outcome.text += path + ": " + describe(finding) + "\n";
+        continue;
+      }
+      const bool unsupported =
+          finding.id == FindingId::unsupported_version || finding.id == FindingId::unknown_critical;
+      outcome.fail(unsupported ? ErrorCode::unsupported : ErrorCode::invalid_file, path + ": " + describe(finding));
+    }
+    if (contents) check_against_mesh(options, path, *contents, outcome);
+  }
+  outcome.json["errors"] = outcome.errors;
+  outcome.json["exit_code"] = outcome.code;
+  return outcome;
+}
+
+int list_findings(const Options& options) {
+  Json json = Json::array();
+  for (const FindingInfo& info : all_findings()) {
+    const char* severity = info.severity == Severity::error ? "error" : "warning";
+    json.push_back({{"id", info.id}, {"severity", severity}, {"message", info.message}, {"spec_section", info.spec_section}});
+    if (options.common.format == OutputFormat::text)
+      std::printf("%-24s %-8s %s [%s]\n", info.id, severity, info.message, info.spec_section);
+  }
+  if (options.common.format == OutputFormat::json) print_json(json);
+  return kExitOk;
+}
+
+int run(const Options& options) {
+  if (options.list_findings) return list_findings(options);
+  Segment segment;
+  if (options.files.empty() || (!options.segment.empty() && !parse_segment(options.segment, segment))) {
+    print_error(options.files.empty() ? "no sidecar given; try --help" : options.segment + ": not eight numbers with commas");
+    return exit_code(ErrorCode::usage);
+  }
+  std::vector<int> codes;
+  Json all = Json::array();
+  for (const std::string& path : options.files) {
+    const Outcome outcome = verify(options, path);
+    codes.push_back(outcome.code);
+    all.push_back(outcome.json);
+    for (const std::string& error : outcome.errors) print_error(error);
+    if (options.common.format == OutputFormat::json || options.common.quiet) continue;
+    std::fputs(outcome.text.c_str(), stdout);
+    if (outcome.code == kExitOk) std::printf("%s: ok\n", path.c_str());
+  }
+  if (options.common.format == OutputFormat::json)
+    print_json({{"tool", "vc-verify"}, {"version", VCD_VERSION}, {"files", all}});
+  return batch_exit_code(codes);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Checks .vcd sidecars: first the file, byte by byte; then, with --against or embedded geometry, that it\n"
+               "belongs to the mesh, and its answers against traced rays."};
+  app.add_option("files", options.files, "Sidecars; @FILE: a list of them")->type_name("SIDECAR...");
+  app.add_option("--against", options.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
+  app.add_option("--lines", options.audit.lines, "Fresh lines to trace, of each kind (default: 1000000)");
+  app.add_option("--seed", options.audit.seed, "Seed of the fresh lines (default: 1)");
+  app.add_option("--keep", options.audit.keep, "Contradictions to print, at most (default: 10)");
+  app.add_option("--max-wrong", options.max_wrong,
+                 "Largest share of wrong answers to accept (default: twice the paper's worst for the method)")
+      ->check(CLI::Range(0.0, 1.0));
+  app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
+  app.add_flag("--list-findings", options.list_findings, "Print the table of everything that can be found, and stop");
+  add_common_options(app, options.common);
+  return run_program(app, argc, argv, [&] { return run(options); });
+}
