@@ -4,12 +4,11 @@
 #include <new>
 #include <utility>
 
-#include <vcd/format/line_cell.h>
 #include <vcd/format/tree_statistics.h>
 
-#include "classify/sampled.h"
+#include <vcd/baker/sampled.h>
 #include "octree/octree.h"
-#include "trace/tracer.h"
+#include <vcd/baker/tracer.h>
 
 namespace vcd {
 
@@ -30,13 +29,6 @@ ObjectToWrite BakedObject::to_write() const {
 }
 
 namespace {
-
-std::vector<Position> positions_in_grid(const PreparedMesh& mesh, const GridFrame& frame) {
-  std::vector<Position> positions = mesh.positions;
-  for (Position& p : positions)
-    for (int a = 0; a < 3; ++a) p[a] = to_grid(frame, a, p[a]);
-  return positions;
-}
 
 ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& options) {
   ObjectRecord record{};
@@ -89,8 +81,7 @@ Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
       return Error{ErrorCode::runtime, place + ": its geometry cannot be encoded to be embedded"};
   }
 
-  const GridFrame frame = make_grid_frame(object.record.box_min, object.record.box_max);
-  auto tracer = Tracer::build(positions_in_grid(*mesh, frame), mesh->triangles);
+  auto tracer = Tracer::build(positions_in_grid(*mesh), mesh->triangles);
   if (!tracer) return Error{tracer.error().code, place + ": " + tracer.error().message};
   *mesh = {};
 

@@ -6,7 +6,7 @@
 #include <tbb/parallel_for.h>
 
 #include "audit/lines.h"
-#include "trace/tracer.h"
+#include <vcd/baker/tracer.h>
 
 namespace vcd {
 namespace {
@@ -72,6 +72,13 @@ Result<AuditReport> audit(const PreparedMesh& mesh, const ObjectRecord& record, 
     }
   }
   return report;
+}
+
+std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, uint64_t seed, uint64_t count) {
+  AuditLines lines(mesh, kind, seed);
+  std::vector<Segment> segments(count);
+  for (Segment& segment : segments) segment = lines.next();
+  return segments;
 }
 
 Result<bool> trace_segment(const PreparedMesh& mesh, const Segment& segment) {

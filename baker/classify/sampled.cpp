@@ -1,4 +1,4 @@
-#include "sampled.h"
+#include <vcd/baker/sampled.h>
 
 #include <algorithm>
 

@@ -65,7 +65,7 @@ std::optional<DracoCounts> read_draco_counts(draco::DecoderBuffer& buffer) {
 }
 
 bool plausible(const DracoCounts& counts, size_t stream_bytes) {
-  constexpr uint64_t elements_per_byte = 1024;
+  constexpr uint64_t elements_per_byte = 4096;
   const uint64_t most = stream_bytes * elements_per_byte;
   return counts.faces <= most && counts.points <= most;
 }

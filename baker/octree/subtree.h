@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "classify/cell.h"
-#include "classify/sampled.h"
+#include <vcd/baker/cell.h>
+#include <vcd/baker/sampled.h>
 
 namespace vcd {
 

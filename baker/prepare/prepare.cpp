@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include <vcd/format/line_cell.h>
+
 #include "box.h"
 #include "geometry_hash.h"
 #include "weld.h"
@@ -21,6 +23,14 @@ Result<PreparedMesh> prepare(SourceMesh&& source) {
     return Error{ErrorCode::unsupported, place() + ": its box is too large or too small for 32-bit floats"};
   mesh.geometry_hash = geometry_hash(mesh);
   return mesh;
+}
+
+std::vector<Position> positions_in_grid(const PreparedMesh& mesh) {
+  const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+  std::vector<Position> positions = mesh.positions;
+  for (Position& p : positions)
+    for (int a = 0; a < 3; ++a) p[a] = to_grid(frame, a, p[a]);
+  return positions;
 }
 
 }  // namespace vcd

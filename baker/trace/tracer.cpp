@@ -1,4 +1,4 @@
-#include "tracer.h"
+#include <vcd/baker/tracer.h>
 
 #include <cstring>
 #include <string>
@@ -34,14 +34,15 @@ uint32_t hit_mask(const float* tfar, uint32_t count) {
 
 }  // namespace
 
-Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<const TriangleIndices> triangles) {
+Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
+                             TraceMode mode) {
   Tracer tracer;
   tracer.device_.reset(rtcNewDevice(nullptr));
   if (!tracer.device_) return Error{ErrorCode::runtime, "Embree gives no device"};
   RTCDevice device = tracer.device_.get();
   tracer.packet_width_ = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? 16 : 8;
   tracer.scene_.reset(rtcNewScene(device));
-  rtcSetSceneFlags(tracer.scene(), RTC_SCENE_FLAG_ROBUST);
+  if (mode == TraceMode::robust) rtcSetSceneFlags(tracer.scene(), RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Position),
                                            positions.size());

@@ -51,6 +51,9 @@ struct AuditOptions {
 Result<AuditReport> audit(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                           const AuditOptions& options);
 
+// `count` segments of one kind, as an audit draws them.
+std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, uint64_t seed, uint64_t count);
+
 // Whether one segment, in the object's frame, meets the mesh.
 Result<bool> trace_segment(const PreparedMesh& mesh, const Segment& segment);
 

@@ -30,4 +30,7 @@ struct PreparedMesh {
 // Takes the source apart to save memory. Safe from any thread.
 Result<PreparedMesh> prepare(SourceMesh&& source);
 
+// The positions in grid units, where the padded box is [0, 256]^3: the frame in which cells are classified.
+std::vector<Position> positions_in_grid(const PreparedMesh& mesh);
+
 }  // namespace vcd

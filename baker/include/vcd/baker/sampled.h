@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdint>
 
-#include "classify/cell.h"
-#include "trace/tracer.h"
+#include <vcd/baker/cell.h>
+#include <vcd/baker/tracer.h>
 
 namespace vcd {
 

@@ -14,13 +14,18 @@
 
 namespace vcd {
 
-// A committed scene of one mesh in ROBUST mode: no ray slips between two triangles that share an edge, and whether a
-// ray hits depends on ray and triangles only, not on the shape of the hierarchy or the number of threads.
-// Safe from any thread.
+enum class TraceMode {
+  robust,  // no ray slips between two triangles that share an edge, and whether a ray hits depends on ray and triangles
+           // only, not on the shape of the hierarchy or the number of threads: for baking and checking
+  fast,    // Embree's default, as renderers use it: for benchmarks
+};
+
+// A committed scene of one mesh. Safe from any thread.
 class Tracer {
  public:
   // Copies the positions; triangles must index them. Errors: runtime (out of memory).
-  static Result<Tracer> build(std::span<const Position> positions, std::span<const TriangleIndices> triangles);
+  static Result<Tracer> build(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
+                              TraceMode mode = TraceMode::robust);
 
   // How many rays to trace together: 16 where the processor has AVX-512, else 8 (Embree then cuts packets of sixteen up
   // again, which costs a third).

@@ -1,0 +1,41 @@
+#include "shadow_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace vcd {
+
+std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t samples, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&] { return std::generate_canonical<double, 53>(random); };
+  double center[3], size[3];
+  for (int a = 0; a < 3; ++a) {
+    center[a] = (static_cast<double>(mesh.box_min[a]) + mesh.box_max[a]) / 2;
+    size[a] = static_cast<double>(mesh.box_max[a]) - mesh.box_min[a];
+  }
+  const double width = std::max({size[0], size[1], size[2]});
+  const double light[3] = {center[0] + 0.7 * width, center[1] + 0.5 * size[1] + 2 * width, center[2] + 0.3 * width};
+  const auto side = static_cast<size_t>(std::sqrt(static_cast<double>(samples)));
+
+  std::vector<Segment> segments;
+  for (size_t p = 0; p < points; ++p) {
+    const double point[3] = {center[0] + (4 * uniform() - 2) * width, mesh.box_min[1] - 0.01 * size[1],
+                             center[2] + (4 * uniform() - 2) * width};
+    for (size_t s = 0; s < samples; ++s) {
+      const double u = (static_cast<double>(s % side) + uniform()) / static_cast<double>(side);
+      const double v = (static_cast<double>(s / side % side) + uniform()) / static_cast<double>(side);
+      const double target[3] = {light[0] + 0.6 * width * (u - 0.5), light[1], light[2] + 0.6 * width * (v - 0.5)};
+      Segment segment{};
+      for (int a = 0; a < 3; ++a) {
+        segment.origin[a] = static_cast<float>(point[a]);
+        segment.direction[a] = static_cast<float>(target[a] - point[a]);
+      }
+      segment.t_max = 1;
+      segments.push_back(segment);
+    }
+  }
+  return segments;
+}
+
+}  // namespace vcd
