@@ -1,8 +1,9 @@
 // Bytes, lines, words and numbers: what the readers of OBJ, PLY, STL and OFF share.
 //
-// The formats are read by code of this project. Every packaged library that was tried (OpenMesh 9.0,
-// tinyobjloader 2.0rc10, Assimp 5.2, CGAL 5.5) accepts some broken or merely unusual file of each format with
-// a wrong mesh and no error, and none says where a file is broken. spec/design.md has the table.
+// The formats are read by code of this project. Of the packaged libraries that were tried (OpenMesh 9.0,
+// tinyobjloader 2.0rc10, Assimp 5.2, CGAL 5.5), each makes a wrong mesh of some file of the format and
+// reports no error, or refuses sound files; and none says where a file is broken. spec/design.md has the
+// table.
 #pragma once
 
 #include <vcd/baker/mesh.h>

@@ -48,8 +48,7 @@ bool pad_box(PreparedMesh& mesh) {
       box_low = std::nextafter(box_low, -kUp);
       box_high = std::nextafter(box_high, kUp);
     }
-    const float box_extent = box_high - box_low;
-    if (!std::isnormal(box_extent) || !std::isnormal(kGrid / box_extent)) return false;
+    if (!usable_extent(box_high - box_low)) return false;
   }
   return true;
 }

@@ -250,10 +250,7 @@ bool Reader::read_objects() {
 bool box_is_usable(const ObjectRecord& r) {
   for (int a = 0; a < 3; ++a) {
     const float extent = r.box_max[a] - r.box_min[a];
-    const float scale = kGrid / extent;
-    if (!std::isfinite(r.box_min[a]) || !std::isfinite(r.box_max[a]) || !(extent > 0) || !std::isnormal(extent) ||
-        !std::isnormal(scale))
-      return false;
+    if (!std::isfinite(r.box_min[a]) || !std::isfinite(r.box_max[a]) || !usable_extent(extent)) return false;
   }
   return true;
 }

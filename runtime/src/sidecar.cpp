@@ -14,6 +14,9 @@ struct ObjectData {
   TreeView tree;
   const ObjectRecord* record;
   std::string_view name;
+  // The kernels for the object's depth.
+  Visibility (*classify_one)(const ObjectData&, const Segment&) noexcept;
+  void (*classify_array)(const ObjectData&, std::span<const Segment>, Visibility*) noexcept;
 };
 
 struct Sidecar::State {
@@ -25,17 +28,23 @@ struct Sidecar::State {
 namespace {
 
 // One kernel a depth, so that every shift and mask is a constant.
-template <class Body>
-auto with_shape(const TreeView& tree, Body&& body) {
-  switch (tree.shape.levels) {
-    case 2: return body(tree_shape(2));
-    case 3: return body(tree_shape(3));
-    case 4: return body(tree_shape(4));
-    case 5: return body(tree_shape(5));
-    case 6: return body(tree_shape(6));
-    case 7: return body(tree_shape(7));
-    default: return body(tree_shape(8));
+template <uint32_t kDepth>
+struct Kernel {
+  static constexpr TreeShape kShape = tree_shape(kDepth);
+  static Visibility one(const ObjectData& data, const Segment& segment) noexcept {
+    return classify(data.frame, data.tree, kShape, segment);
   }
+  static void array(const ObjectData& data, std::span<const Segment> segments, Visibility* answers) noexcept {
+    for (size_t i = 0; i < segments.size(); ++i)
+      answers[i] = classify(data.frame, data.tree, kShape, segments[i]);
+  }
+};
+
+template <uint32_t... kDepths>
+void choose_kernels(ObjectData& data, std::integer_sequence<uint32_t, kDepths...>) {
+  ((data.record->depth == kDepths + 1 &&
+    (data.classify_one = Kernel<kDepths + 1>::one, data.classify_array = Kernel<kDepths + 1>::array)),
+   ...);
 }
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
@@ -50,16 +59,10 @@ Error first_error(const std::string& name, std::span<const Finding> findings) {
 
 }  // namespace
 
-Visibility Object::classify(const Segment& segment) const noexcept {
-  return with_shape(data_->tree,
-                    [&](TreeShape shape) { return vcd::classify(data_->frame, data_->tree, shape, segment); });
-}
+Visibility Object::classify(const Segment& segment) const noexcept { return data_->classify_one(*data_, segment); }
 
 void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
-  with_shape(data_->tree, [&](TreeShape shape) {
-    for (size_t i = 0; i < segments.size(); ++i)
-      answers[i] = vcd::classify(data_->frame, data_->tree, shape, segments[i]);
-  });
+  data_->classify_array(*data_, segments, answers.data());
 }
 
 std::string_view Object::name() const noexcept { return data_->name; }
@@ -75,9 +78,12 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, CheckLe
   auto contents = read_sidecar(bytes, check, findings);
   if (!contents) return first_error(name, findings);
   state->contents = std::move(*contents);
-  for (const ObjectContents& object : state->contents.objects)
-    state->objects.push_back({make_grid_frame(object.record->box_min, object.record->box_max), object.tree,
-                              object.record, object.name});
+  for (const ObjectContents& object : state->contents.objects) {
+    ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max), object.tree, object.record,
+                    object.name, nullptr, nullptr};
+    choose_kernels(data, std::make_integer_sequence<uint32_t, kMaxDepth>());
+    state->objects.push_back(data);
+  }
   return Sidecar(std::move(state));
 }
 

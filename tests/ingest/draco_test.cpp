@@ -1,7 +1,6 @@
 #include <draco/compression/encode.h>
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "draco_encode.h"

@@ -1,5 +1,6 @@
 // glTF and Draco files that users really have, read where they lie. The folder is not part of the project: it
 // is named by the environment variable VCD_TEST_DATA or by the compile definition VCD_SHARED_DATA_DIR.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 

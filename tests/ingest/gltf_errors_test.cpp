@@ -1,5 +1,4 @@
 // What glTF ingest must refuse, with which code, and what its message says.
-#include <cmath>
 #include <functional>
 #include <limits>
 

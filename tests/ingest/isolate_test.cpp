@@ -129,7 +129,7 @@ TEST(Isolate, AMemoryFloodIsStopped) {
 #endif
   const auto flood = []() -> Result<Ingested> {
     std::vector<std::vector<char>> hoard;
-    for (int i = 0; i < 4096; ++i) hoard.emplace_back(size_t{1} << 20, char{1});
+    for (int i = 0; i < 1024; ++i) hoard.emplace_back(size_t{1} << 20, char{1});
     return Ingested();
   };
   expect_fault({30, uint64_t{128} << 20}, flood, {"out of memory"});
@@ -249,6 +249,11 @@ TEST_F(IsolateFiles, WireRefusesEveryPrefixAndEverySurplus) {
   for (size_t size = 0; size < whole.size(); ++size)
     EXPECT_FALSE(read_wire(whole.substr(0, size)).has_value());
   EXPECT_FALSE(read_wire(whole + "x").has_value());
+  for (const size_t offset : {size_t{0}, whole.size() - 1}) {
+    std::string changed = whole;
+    changed[offset] ^= 1;
+    EXPECT_FALSE(read_wire(changed).has_value());
+  }
   // Counts that are larger than the file: refused before anything is allocated for them.
   for (size_t offset = 8; offset + 8 <= whole.size(); offset += 1) {
     std::string lying = whole;

@@ -153,12 +153,35 @@ TEST_F(Obj, ConcavePolygonsAreTiled) {
 
 TEST_F(Obj, CollinearCornersLeaveNoTriangleWithoutArea) {
   expect_tiled(read("a.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 1 2 3 4 5\n"), 3, 4);
+  expect_tiled(read("b.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 2 2 0\nv 0 2 0\nf 2 3 4 5 1\n"), 3, 4);
+}
+
+// How many corners lie inside an edge of a triangle.
+size_t corners_on_edges(const SourceMesh& mesh) {
+  size_t count = 0;
+  for (const auto& facet : soup_of(mesh)) {
+    for (int i = 0; i < 3; ++i) {
+      const Position& a = facet[i];
+      const Position& b = facet[(i + 1) % 3];
+      for (const Position& p : mesh.positions) {
+        const float across = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
+        const float along = (p[0] - a[0]) * (p[0] - b[0]) + (p[1] - a[1]) * (p[1] - b[1]);
+        count += across == 0 && along < 0;
+      }
+    }
+  }
+  return count;
 }
 
 TEST_F(Obj, AHoleWithABridgeIsTiled) {
   const std::string outer = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\n";
   const std::string hole = "v 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n";
-  expect_tiled(read("a.obj", outer + hole + "f 1 2 3 4 1 5 6 7 8 5\n"), 8, 12);
+  for (const std::string face :
+       {"f 1 2 3 4 1 5 6 7 8 5\n", "f 5 1 2 3 4 1 5 6 7 8\n", "f 8 5 1 2 3 4 1 5 6 7\n"}) {
+    const Ingested in = read("a.obj", outer + hole + face);
+    expect_tiled(in, 8, 12);
+    EXPECT_EQ(corners_on_edges(in.meshes[0]), 0u) << face;
+  }
 }
 
 TEST_F(Obj, PolygonsInAnyPlaneKeepTheirSide) {

@@ -58,6 +58,8 @@ TEST_F(Off, AnElementMayGoOnOverSeveralLines) {
 TEST_F(Off, AMissingNumberNeverShiftsTheRestUnseen) {
   expect_invalid("a.off", "OFF\n4 2 0\n0 0\n1 0 0\n0 1 0\n1 1 0\n" + kFaces, {});
   expect_invalid("b.off", "OFF\n4 2 0\n" + kVertices + "3 0 1\n3 1 3 2\n", {});
+  expect_invalid("c.off", "OFF\n4 2 0\n0 0 0 1 0 0 0 1 0 1 1 0 0 0\n1 0 0\n0 1 0\n1 1 0\n" + kFaces,
+                 {"line 3", "vertex 0", "too many numbers"});
 }
 
 TEST_F(Off, WhatFollowsTheLastFaceGetsANote) {

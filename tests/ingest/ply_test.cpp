@@ -129,9 +129,9 @@ TEST_F(Ply, UnknownElementsAndPropertiesAreSkipped) {
 TEST_F(Ply, TristripsTurnEverySecondTriangleAndRestart) {
   const std::string elements =
       "element vertex 4\n" + kXyz + "element tristrips 1\nproperty list int int vertex_indices\n";
-  const Triangles expected = {{0, 1, 2}, {2, 1, 3}, {3, 2, 1}};
-  const std::vector<int64_t> strip = {0, 1, 2, 3, -1, 3, 2, 1};
-  EXPECT_EQ(read("a.ply", header("ascii", elements) + kTextBody.substr(0, 24) + "8 0 1 2 3 -1 3 2 1\n")
+  const Triangles expected = {{0, 1, 2}, {2, 1, 3}, {1, 0, 3}};
+  const std::vector<int64_t> strip = {0, 1, 2, 3, -1, 1, 0, 3};
+  EXPECT_EQ(read("a.ply", header("ascii", elements) + kTextBody.substr(0, 24) + "8 0 1 2 3 -1 1 0 3\n")
                 .meshes[0]
                 .triangles,
             expected);
@@ -262,6 +262,7 @@ TEST_F(Ply, BrokenHeaders) {
   const std::pair<std::string, std::string> cases[] = {
       {"plx\n", "does not begin with \"ply\""},
       {"ply\n" + vertex + kFaceElement + "end_header\n", "names no format"},
+      {"ply\nformat ascii 1.0\nformat ascii 1.0\nend_header\n", "line 3: a second format"},
       {"ply\nformat ascii 2.0\nend_header\n", "version \"2.0\""},
       {header("middle_endian", vertex), "line 2: \"middle_endian\""},
       {header("ascii", "element vertex -1\n"), "line 4: \"-1\" is not a count"},

@@ -93,10 +93,12 @@ TEST_F(Stl, TheBinaryCountMustMatchTheFile) {
 }
 
 TEST_F(Stl, NonFiniteCornersAreErrors) {
-  std::vector<Facet> facets = kFacets;
-  facets[1][2][0] = std::numeric_limits<float>::infinity();
-  expect_invalid("a.stl", binary(facets), {"facet 1 (byte 134)", "corner 2", "not finite"});
-  expect_invalid("b.stl", text(facets), {"line 13", "facet 1", "not finite"});
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<Facet> facets = kFacets;
+    facets[1][2][axis] = std::numeric_limits<float>::infinity();
+    expect_invalid("a.stl", binary(facets), {"facet 1 (byte 134)", "corner 2", "not finite"});
+    expect_invalid("b.stl", text(facets), {"line 13", "facet 1", "not finite"});
+  }
 }
 
 TEST_F(Stl, TruncatedTextIsAnErrorWhereverItEnds) {

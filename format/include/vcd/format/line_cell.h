@@ -7,8 +7,6 @@
 // AVX2, AVX-512 and NEON builds all give the same bits.
 #pragma once
 
-#include <bit>
-#include <cmath>
 #include <cstdint>
 
 #include <vcd/format/segment.h>
@@ -41,12 +39,12 @@ inline constexpr FaceAxes face_axes(uint32_t face) {
 }
 
 // Object frame → grid frame: grid = (object - min) * scale.
-struct GridFrame {
-  float min[3];
-  float scale[3];  // 256 / (max - min)
+struct alignas(16) GridFrame {
+  float min[4];    // the fourth is 0
+  float scale[4];  // 256 / (max - min); the fourth is 0
 };
 inline GridFrame make_grid_frame(const float min[3], const float max[3]) {
-  GridFrame frame;
+  GridFrame frame{};
   for (int a = 0; a < 3; ++a) {
     frame.min[a] = min[a];
     frame.scale[a] = kGrid / (max[a] - min[a]);
@@ -55,7 +53,10 @@ inline GridFrame make_grid_frame(const float min[3], const float max[3]) {
 }
 inline float to_grid(const GridFrame& frame, int axis, float x) { return (x - frame.min[axis]) * frame.scale[axis]; }
 
-// Limits, in the L1 norm of grid units: beyond them rounding could leave the padding of the box.
+// Limits of a box's extents, so that grid units and their inverse are normal numbers with room to spare. NaN: false.
+inline bool usable_extent(float extent) { return extent >= 0x1p-100f && extent <= 0x1p100f; }
+
+// Limits of a line, in the L1 norm of grid units: beyond them rounding could leave the padding of the box.
 inline constexpr float kFarthestOrigin = 0x1p18f;      // 1024 boxes
 inline constexpr float kShortestDirection = 0x1p-40f;
 inline constexpr float kLongestDirection = 0x1p100f;
@@ -73,96 +74,119 @@ struct LineCell {
 
 namespace detail {
 
-// What entry axis, exit axis and the signs of the direction say: the face pair, and where in the six packed
-// coordinate bytes (entry x, y, z, exit x, y, z) its s, t, u, v stand.
+// Three axes at a time, in the vector types that GCC and Clang have on every processor. The fourth lane is ballast.
+typedef float Float4 __attribute__((vector_size(16)));
+typedef int32_t Int4 __attribute__((vector_size(16)));
+
+inline Float4 load(const float* from) {
+  Float4 v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+inline Float4 smaller(Float4 a, Float4 b) { return a < b ? a : b; }
+inline Float4 larger(Float4 a, Float4 b) { return a > b ? a : b; }
+inline Float4 all(float x) { return Float4{x, x, x, x}; }
+
+// The sign bits of lanes 0, 1, 2 (of a comparison: its truth) as bits 0, 1, 2.
+inline uint32_t sign_bits(Int4 v) {
+#ifdef __SSE2__
+  return static_cast<uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Float4>(v))) & 7u;
+#else
+  return (static_cast<uint32_t>(v[0]) >> 31) | (static_cast<uint32_t>(v[1]) >> 31) << 1 |
+         (static_cast<uint32_t>(v[2]) >> 31) << 2;
+#endif
+}
+
+// Coordinates on faces → bytes, rounded down and clamped to the face: entry in bytes 0, 1, 2, exit in 4, 5, 6.
+// Where a coordinate is not within 2^31 of the face (only for lines that miss the box), the byte is anything.
+inline uint64_t grid_bytes(Float4 entry, Float4 exit) {
+#ifdef __SSE2__
+  typedef short Short8 __attribute__((vector_size(16)));
+  typedef long long Long2 __attribute__((vector_size(16)));
+  // Truncation, then two packs that saturate: to 16 bits with sign, to 8 bits without.
+  const Int4 a = __builtin_ia32_cvttps2dq(entry), b = __builtin_ia32_cvttps2dq(exit);
+  const Short8 words = __builtin_ia32_packssdw128(a, b);
+  return static_cast<uint64_t>(reinterpret_cast<Long2>(__builtin_ia32_packuswb128(words, words))[0]);
+#else
+  const auto byte = [](float x) { return static_cast<uint64_t>(x > 0.0f ? (x < 255.0f ? x : 255.0f) : 0.0f); };
+  uint64_t bytes = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    bytes |= byte(entry[axis]) << (8 * axis) | byte(exit[axis]) << (32 + 8 * axis);
+  return bytes;
+#endif
+}
+
+// What the axes of entry and exit and the signs of the direction say: the face pair, and where in grid_bytes() its
+// s, t, u, v stand.
 struct Route {
   uint8_t pair;
   uint8_t shift[4];
+  uint8_t unused[3];
 };
 struct RouteTable {
-  Route route[72];  // [(entry axis * 3 + exit axis) * 8 + sign bits]
+  Route route[512];  // [axes of entry | axes of exit << 3 | negative directions << 6], the lowest of several axes wins
 };
+constexpr uint32_t lowest_axis(uint32_t bits) { return bits & 1 ? 0 : bits & 2 ? 1 : 2; }
 constexpr RouteTable make_route_table() {
   RouteTable table{};
-  for (uint32_t entry = 0; entry < 3; ++entry)
-    for (uint32_t exit = 0; exit < 3; ++exit)
-      for (uint32_t signs = 0; signs < 8; ++signs) {
-        const uint32_t entry_face = 2 * entry + ((signs >> entry) & 1);
-        const uint32_t exit_face = 2 * exit + (((signs >> exit) & 1) ^ 1);
-        const bool swapped = entry_face > exit_face;
-        const uint32_t low = swapped ? exit_face : entry_face;
-        const uint32_t high = swapped ? entry_face : exit_face;
-        Route& route = table.route[(entry * 3 + exit) * 8 + signs];
-        for (uint32_t p = 0; p < kFacePairs; ++p)
-          if (kFacePair[p].low == low && kFacePair[p].high == high) route.pair = static_cast<uint8_t>(p);
-        const uint32_t low_base = swapped ? 24 : 0, high_base = swapped ? 0 : 24;
-        route.shift[0] = static_cast<uint8_t>(low_base + 8 * face_axes(low).first);
-        route.shift[1] = static_cast<uint8_t>(low_base + 8 * face_axes(low).second);
-        route.shift[2] = static_cast<uint8_t>(high_base + 8 * face_axes(high).first);
-        route.shift[3] = static_cast<uint8_t>(high_base + 8 * face_axes(high).second);
-      }
+  for (uint32_t key = 0; key < 512; ++key) {
+    const uint32_t entry = lowest_axis(key), exit = lowest_axis(key >> 3), negative = key >> 6;
+    const uint32_t entry_face = 2 * entry + (negative >> entry & 1);
+    const uint32_t exit_face = 2 * exit + ((negative >> exit & 1) ^ 1);
+    const bool swapped = entry_face > exit_face;
+    const uint32_t low = swapped ? exit_face : entry_face, high = swapped ? entry_face : exit_face;
+    const uint32_t low_base = swapped ? 32 : 0, high_base = swapped ? 0 : 32;
+    Route& route = table.route[key];
+    for (uint32_t p = 0; p < kFacePairs; ++p)
+      if (kFacePair[p].low == low && kFacePair[p].high == high) route.pair = static_cast<uint8_t>(p);
+    route.shift[0] = static_cast<uint8_t>(low_base + 8 * face_axes(low).first);
+    route.shift[1] = static_cast<uint8_t>(low_base + 8 * face_axes(low).second);
+    route.shift[2] = static_cast<uint8_t>(high_base + 8 * face_axes(high).first);
+    route.shift[3] = static_cast<uint8_t>(high_base + 8 * face_axes(high).second);
+  }
   return table;
 }
 inline constexpr RouteTable kRoutes = make_route_table();
 
-inline float smaller(float a, float b) { return a < b ? a : b; }
-inline float larger(float a, float b) { return a > b ? a : b; }
-
-// A coordinate on a face → its byte: rounded down, clamped to the face. NaN gives 0.
-inline uint64_t grid_byte(float x) {
-  return static_cast<uint64_t>(static_cast<int32_t>(smaller(larger(x, 0.0f), 255.0f)));
-}
-
-// Direction components of tiny or zero length become ±2^-100: no division by zero, no subnormals, and the line turns
-// by less than 2^-41 grid units inside the box.
-inline float usable_component(float q) {
-  return std::copysign(larger(std::fabs(q), kSmallestComponent), q);
-}
-
 }  // namespace detail
 
 // The cell of the line through a segment. Branch-free; safe for any bit pattern of the inputs.
-inline LineCell locate(const GridFrame& frame, const Segment& segment) {
-  using detail::larger;
-  using detail::smaller;
-  float p[3], q[3], near[3], far[3];
-  uint32_t signs = 0;
-  for (int a = 0; a < 3; ++a) {
-    p[a] = (segment.origin[a] - frame.min[a]) * frame.scale[a];
-    q[a] = segment.direction[a] * frame.scale[a];
-  }
-  const float distance = std::fabs(p[0]) + std::fabs(p[1]) + std::fabs(p[2]);
-  const float length = std::fabs(q[0]) + std::fabs(q[1]) + std::fabs(q[2]);
-  for (int a = 0; a < 3; ++a) {
-    q[a] = detail::usable_component(q[a]);
-    const float reciprocal = 1.0f / q[a];
-    const float at_low = (0.0f - p[a]) * reciprocal;
-    const float at_high = (kGrid - p[a]) * reciprocal;
-    near[a] = smaller(at_low, at_high);
-    far[a] = larger(at_low, at_high);
-    signs |= (std::bit_cast<uint32_t>(q[a]) >> 31) << a;
-  }
+[[gnu::always_inline]] inline LineCell locate(const GridFrame& frame, const Segment& segment) {
+  using namespace detail;
+  const Int4 three_lanes = {-1, -1, -1, 0}, sign_mask = Int4{} + INT32_MIN;
+  const auto masked = [](Float4 v, Int4 mask) { return reinterpret_cast<Float4>(reinterpret_cast<Int4>(v) & mask); };
+  const Float4 scale = load(frame.scale);
+  const Float4 p = (masked(load(segment.origin), three_lanes) - load(frame.min)) * scale;
+  Float4 q = masked(load(segment.direction), three_lanes) * scale;
 
-  // The lowest axis wins a tie.
-  const float near01 = larger(near[0], near[1]);
-  const float far01 = smaller(far[0], far[1]);
-  const uint32_t entry01 = near[1] > near[0];
-  const uint32_t exit01 = far[1] < far[0];
-  const uint32_t entry_axis = near[2] > near01 ? 2u : entry01;
-  const uint32_t exit_axis = far[2] < far01 ? 2u : exit01;
+  // L1 norms of both: lane 0 is the origin's distance, lane 1 the direction's length.
+  const Float4 absolute_p = masked(p, ~sign_mask), absolute_q = masked(q, ~sign_mask);
+  const Float4 x_and_y = __builtin_shufflevector(absolute_p, absolute_q, 0, 4, 1, 5);
+  const Float4 z = __builtin_shufflevector(absolute_p, absolute_q, 2, 6, 2, 6);
+  const Float4 norms = (x_and_y + __builtin_shufflevector(x_and_y, x_and_y, 2, 3, 2, 3)) + z;
+  const Float4 least = {0.0f, kShortestDirection, 0.0f, 0.0f}, most = {kFarthestOrigin, kLongestDirection, 0.0f, 0.0f};
+
+  q = reinterpret_cast<Float4>(reinterpret_cast<Int4>(larger(absolute_q, all(kSmallestComponent))) |
+                               (reinterpret_cast<Int4>(q) & sign_mask));
+  const Float4 reciprocal = all(1.0f) / q;
+  const Float4 at_low = (Float4{} - p) * reciprocal;
+  const Float4 at_high = (all(kGrid) - p) * reciprocal;
+  const Float4 near = smaller(at_low, at_high);
+  const Float4 far = larger(at_low, at_high);
+  const Float4 entry = larger(near, larger(__builtin_shufflevector(near, near, 1, 2, 0, 3),
+                                           __builtin_shufflevector(near, near, 2, 0, 1, 3)));
+  const Float4 exit = smaller(far, smaller(__builtin_shufflevector(far, far, 1, 2, 0, 3),
+                                           __builtin_shufflevector(far, far, 2, 0, 1, 3)));
 
   LineCell cell;
-  cell.t_entry = larger(near01, near[2]);
-  cell.t_exit = smaller(far01, far[2]);
-  cell.valid = (distance <= kFarthestOrigin) & (length >= kShortestDirection) & (length <= kLongestDirection);
+  cell.valid = (sign_bits((norms >= least) & (norms <= most)) & 3u) == 3u;
+  cell.t_entry = entry[0];
+  cell.t_exit = exit[0];
   cell.hits = cell.t_entry < cell.t_exit;
-
-  uint64_t bytes = 0;
-  for (int a = 0; a < 3; ++a) {
-    bytes |= detail::grid_byte(q[a] * cell.t_entry + p[a]) << (8 * a);
-    bytes |= detail::grid_byte(q[a] * cell.t_exit + p[a]) << (24 + 8 * a);
-  }
-  const detail::Route& route = detail::kRoutes.route[(entry_axis * 3 + exit_axis) * 8 + signs];
+  const uint32_t key =
+      sign_bits(near == entry) | sign_bits(far == exit) << 3 | sign_bits(reinterpret_cast<Int4>(q)) << 6;
+  const Route& route = kRoutes.route[key];
+  const uint64_t bytes = grid_bytes(q * entry + p, q * exit + p);
   cell.pair = route.pair;
   cell.s = static_cast<uint32_t>(bytes >> route.shift[0]) & 255u;
   cell.t = static_cast<uint32_t>(bytes >> route.shift[1]) & 255u;

@@ -70,9 +70,9 @@ inline uint32_t top_slot(TreeShape shape, const LineCell& line) {
 // The two bits of a cell in a brick: cell i stands in byte i / 4 at bit 2 * (i % 4).
 inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[cell >> 2] >> (2 * (cell & 3)) & 3u; }
 
-// The class of the cell that is reached from one top slot and the line's s, t, u, v. The value 3, which no valid file
-// holds, reads as unclassified.
-inline Visibility class_from_slot(const TreeView& tree, TreeShape shape, uint32_t slot, const LineCell& line) {
+// The two bits of the cell that is reached from one top slot and the line's s, t, u, v.
+[[gnu::always_inline]] inline uint32_t bits_from_slot(const TreeView& tree, TreeShape shape, uint32_t slot,
+                                                      const LineCell& line) {
   uint32_t index = tree.top[slot];
   uint32_t low = 8 - shape.top_levels;  // bits of each coordinate that are left
   if (shape.has_blocks256) {
@@ -84,21 +84,25 @@ inline Visibility class_from_slot(const TreeView& tree, TreeShape shape, uint32_
     index = tree.blocks16[size_t{index} * kBlock16Words + row_major(line.s, line.t, line.u, line.v, low, 1)];
   }
   const uint8_t* brick = tree.bricks + size_t{index} * kBrickBytes;
-  const uint32_t bits = brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
-  return static_cast<Visibility>(bits < 2 ? bits : 2);
+  return brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
 }
 
 // What one segment's line and the tree say together: spec/vcd-format.md, "The answer". No allocation, no exception.
-// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away.
-inline Visibility classify(const GridFrame& frame, const TreeView& tree, TreeShape shape, const Segment& segment) {
+// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away. The two branches are
+// for what is rare; everything that varies from ray to ray is arithmetic.
+[[gnu::always_inline]] inline Visibility classify(const GridFrame& frame, const TreeView& tree, TreeShape shape,
+                                                  const Segment& segment) {
   const LineCell line = locate(frame, segment);
-  const bool outside = !line.hits | (segment.t_min >= line.t_exit) | (segment.t_max <= line.t_entry);
-  const bool pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
-  const bool answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
-  if (!(line.valid & answerable)) return Visibility::unclassified;
-  const uint32_t slot = outside ? shape.top_words() : top_slot(shape, line);
-  const Visibility cell = class_from_slot(tree, shape, slot, line);
-  return pierces | (cell == Visibility::clear) ? cell : Visibility::unclassified;
+  const uint32_t outside = !line.hits | (segment.t_min >= line.t_exit) | (segment.t_max <= line.t_entry);
+  const uint32_t pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
+  const uint32_t answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
+  if (!line.valid) return Visibility::unclassified;
+  if (!answerable) return Visibility::unclassified;
+  const uint32_t slot = top_slot(shape, line), spare = shape.top_words();
+  const uint32_t bits = bits_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line);
+  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), and twice unclassified.
+  const uint32_t answers = 0b10'10'10'00u ^ (pierces * 0b00'00'11'00u);
+  return static_cast<Visibility>(answers >> (2 * bits) & 3u);
 }
 
 }  // namespace vcd

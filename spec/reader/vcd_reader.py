@@ -1,0 +1,542 @@
+#!/usr/bin/env python3
+"""An independent reader of .vcd files, written from vcd-format.md (version 1.0) and conventions.md alone.
+
+    vcd_reader.py dump [--no-checksums] FILE                                validate, print one JSON object
+    vcd_reader.py classify [--no-checksums] FILE OBJECT_INDEX SEGMENTS OUT  one byte a 32-byte segment record
+
+Names between asterisks are sections of vcd-format.md. Exit code 3: the file breaks the specification; the one line on
+stderr names the section and the byte offset in the file.
+"""
+import argparse
+import json
+import math
+import operator
+import struct
+import subprocess
+import sys
+from itertools import combinations, product
+
+from xxh3 import u32, u64, xxh3_64, xxh3_128
+
+NONE = 0xFFFFFFFF
+CLEAR, BLOCKED, UNCLASSIFIED = 0, 1, 2                                             # *Terms*
+
+
+class VcdError(Exception):
+    """A broken rule: which section of the specification, where in the file, and what."""
+
+    def __init__(self, section, offset, message):
+        super().__init__(f"*{section}*, byte {offset}: {message}")
+        self.section, self.offset = section, offset
+
+
+def require(condition, section, offset, message):
+    if not condition:
+        raise VcdError(section, offset, message)
+
+
+def geometry_hash(positions, triangles):
+    """*Geometry hash* of a mesh that has already been welded and sorted. (A file can only be checked against it with
+    the source mesh, or with a Draco decoder for GEOM; neither is part of this reader.)"""
+    data = [struct.pack("<QQ", len(positions), len(triangles))]
+    data += [struct.pack("<3f", *p) for p in positions] + [struct.pack("<3I", *t) for t in triangles]
+    return xxh3_128(b"".join(data)).to_bytes(16, "big")
+
+
+# ---- binary32 (*Line to cell*) ---------------------------------------------------------------------------------------
+
+_F32 = struct.Struct("<f")
+
+
+def f32(x):
+    """A double rounded to binary32. For + - * / of two binary32 numbers, the double result rounded again is the
+    binary32 result: products and sums with a subnormal result are exact in a double, and 53 ≥ 2 · 24 + 2 for the rest;
+    a quotient of 24-bit numbers is no nearer than 2^-48 to a rounding boundary that it is not on, subnormal or not."""
+    try:
+        return _F32.unpack(_F32.pack(x))[0]
+    except OverflowError:
+        return math.copysign(math.inf, x)
+
+
+# ---- file, header, section table -------------------------------------------------------------------------------------
+
+class Section:
+    """One entry of the *Section table*."""
+    FORMAT = struct.Struct("<4sIII5QII")
+
+    def __init__(self, data, index):
+        self.index, self.at = index, 64 + 64 * index
+        (kind, self.flags, self.object, self.storage, self.offset, self.stored_size, self.logical_size,
+         self.stored_xxh3, self.logical_xxh3, self.alignment, self.reserved) = self.FORMAT.unpack_from(data, self.at)
+        self.type = kind.decode("latin-1")
+        self.end = self.offset + self.stored_size
+
+    def describe(self):
+        return {"type": self.type, "object": self.object, "storage": self.storage, "offset": self.offset,
+                "stored_size": self.stored_size, "logical_size": self.logical_size,
+                "stored_xxh3": f"{self.stored_xxh3:016x}", "logical_xxh3": f"{self.logical_xxh3:016x}"}
+
+
+#            critical, owned by an object, storages
+KNOWN = {"OBJT": (1, False, (0,)), "NAME": (1, False, (0,)), "PROV": (0, False, (0,)),
+         "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,))}
+
+
+class VcdFile:
+    """A validated file. TREE sections are validated when `tree` asks for them."""
+
+    def __init__(self, data, checksums=True):
+        self.data, self.checksums = data, checksums
+        self.read_header()
+        self.read_section_table()
+        self.contents = {s.index: self.read_section(s) for s in self.sections if s.type in KNOWN}
+        self.read_objects()
+        self.read_names()
+        self.read_provenance()
+
+    def read_header(self):
+        """*Header*, *Versions*, *Reserved fields*"""
+        d = self.data
+        require(d[:8] == b"\x89VCD\r\n\x1a\n", "Header", 0,
+                "damaged in transfer: bytes 1 to 3 say VCD" if d[1:4] == b"VCD" else "no .vcd file")
+        require(len(d) >= 64, "Header", len(d), "the file ends inside the header")
+        self.major, self.minor, self.count, size, table_xxh3 = struct.unpack_from("<HHIQQ", d, 8)
+        require(self.major == 1, "Versions", 8, f"major version {self.major}")
+        require(xxh3_64(d[:56]) == u64(d, 56), "Header", 56, "header_xxh3 is wrong")
+        require(size == len(d), "Header", 16, f"file_size says {size}, the file has {len(d)} bytes")
+        self.reserved(32, 24)
+        self.table_end = 64 + 64 * self.count
+        require(self.table_end <= len(d), "Header", 12, "the section table does not fit into the file")
+        require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
+
+    def reserved(self, at, size):
+        """*Reserved fields*: zero in a file of version 1.0; ignored in files of later minor versions."""
+        require(self.minor > 0 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
+
+    def read_section_table(self):
+        """*Section table*: the entries one by one, and the layout."""
+        where = "Section table"
+        self.sections = [Section(self.data, i) for i in range(self.count)]
+        end = self.table_end
+        for s in self.sections:
+            require(s.type.isascii() and s.type.isalpha(), where, s.at, "type is not four ASCII letters")
+            require(s.flags in (0, 1), where, s.at + 4, "a flag other than bit 0 is set")
+            require(s.type in KNOWN or not s.flags, "Versions", s.at, f"unknown critical section {s.type}")
+            require(s.storage in (0, 1), where, s.at + 12, f"storage {s.storage}")
+            require(s.alignment in (8, 4096), where, s.at + 56, f"alignment {s.alignment}")
+            self.reserved(s.at + 60, 4)
+            if s.type in KNOWN:
+                critical, owned, storages = KNOWN[s.type]
+                require(s.flags == critical, where, s.at + 4, f"{s.type} with critical flag {s.flags}")
+                require(owned or s.object == NONE, where, s.at + 8, f"{s.type} with an owner")
+                require(s.storage in storages, where, s.at + 12, f"{s.type} with storage {s.storage}")
+                require(s.alignment == (4096 if s.type == "TREE" and s.storage == 0 else 8), where, s.at + 56,
+                        f"{s.type} with alignment {s.alignment}")
+            if s.storage == 0:
+                require(s.logical_size == s.stored_size, where, s.at + 32, "raw with different sizes")
+                require(s.logical_xxh3 == s.stored_xxh3, where, s.at + 48, "raw with different checksums")
+            else:
+                require(s.logical_size <= 1048576 + 256 * s.stored_size, where, s.at + 32, "logical_size is too large")
+            start = end if s.index == 0 else -(-end // s.alignment) * s.alignment
+            require(s.offset % s.alignment == 0, where, s.at + 16, "offset is no multiple of the alignment")
+            require(s.offset == start, where, s.at + 16, f"offset is {s.offset}, not {start}")
+            require(s.end <= len(self.data), where, s.at + 24, "the section does not fit into the file")
+            require(not any(self.data[end:s.offset]), where, end, "padding is not zero")
+            end = s.end
+        require(end == len(self.data), where, end, "the last section does not end at file_size")
+
+    def read_section(self, s):
+        """*Section table*: the logical bytes of a section, checksums verified."""
+        stored = self.data[s.offset:s.end]
+        self.verify(stored, s.stored_xxh3, s, s.at + 40, "stored_xxh3")
+        if s.storage == 0:
+            return stored
+        logical = decompress(stored, s.logical_size, s.offset)
+        self.verify(logical, s.logical_xxh3, s, s.at + 48, "logical_xxh3")
+        return logical
+
+    def verify(self, content, checksum, s, at, field):
+        require(not self.checksums or xxh3_64(content) == checksum, "Section table", at,
+                f"{field} of section {s.index} ({s.type}) is wrong")
+
+    def only(self, kind, at_least):
+        """*Section table*, column "how many", of the sections that no object owns."""
+        found = [s for s in self.sections if s.type == kind]
+        require(at_least <= len(found) <= 1, "Section table", 64, f"{len(found)} sections {kind}")
+        return found[0] if found else None
+
+    def read_objects(self):
+        """*OBJT section*, and which TREE and GEOM belong to which object."""
+        section = self.only("OBJT", 1)
+        require(section.stored_size % 256 == 0, "OBJT section", section.at + 24, "size is no multiple of 256")
+        self.objects = [ObjectRecord(self, section.offset + at) for at in range(0, section.stored_size, 256)]
+        owned = {}
+        for s in self.sections:
+            if s.type in ("TREE", "GEOM"):
+                require(s.object < len(self.objects), "Section table", s.at + 8, f"no object {s.object}")
+                require((s.type, s.object) not in owned, "Section table", s.at + 8,
+                        f"second {s.type} of object {s.object}")
+                owned[s.type, s.object] = s.index
+        for i, o in enumerate(self.objects):
+            require(("TREE", i) in owned, "Section table", o.at, f"object {i} has no TREE")
+            require(o.tree_section == owned["TREE", i], "OBJT section", o.at + 96, "tree_section is wrong")
+            require(o.geometry_section == owned.get(("GEOM", i), NONE), "OBJT section", o.at + 100,
+                    "geometry_section is wrong")
+
+    def text(self, content, section, at):
+        try:
+            return content.decode("utf-8")
+        except UnicodeDecodeError as error:
+            raise VcdError(section, at + error.start, "text is not UTF-8") from None
+
+    def read_names(self):
+        """*NAME section*"""
+        section = self.only("NAME", 1)
+        names, end = self.contents[section.index], 0
+        for o in self.objects:
+            require(o.name_offset == end, "NAME section", o.at, f"name_offset is {o.name_offset}, not {end}")
+            end += o.name_length
+            require(end <= len(names), "NAME section", o.at + 4, "the name does not fit into the section")
+            o.name = self.text(names[o.name_offset:end], "NAME section", section.offset + o.name_offset)
+        require(end == len(names), "NAME section", section.offset + end, "bytes after the last name")
+
+    def read_provenance(self):
+        """*PROV section*"""
+        self.provenance, section, where = {}, self.only("PROV", 0), "PROV section"
+        if not section:
+            return
+        content, at, last = self.contents[section.index], 4, None
+        require(len(content) >= 4, where, section.offset, "the section ends inside the count")
+        for _ in range(u32(content, 0)):
+            require(at + 8 <= len(content), where, section.offset + at, "the section ends inside a pair")
+            split = at + 8 + u32(content, at)
+            end = split + u32(content, at + 4)
+            require(end <= len(content), where, section.offset + at, "the section ends inside a pair")
+            key = content[at + 8:split]
+            require(last is None or last < key, where, section.offset + at + 8, "keys are not strictly ascending")
+            self.provenance[self.text(key, where, section.offset + at + 8)] = \
+                self.text(content[split:end], where, section.offset + split)
+            last, at = key, end
+        require(at == len(content), where, section.offset + at, "bytes after the last pair")
+
+    def tree(self, index):
+        """The validated tree of an object."""
+        o = self.objects[index]
+        section = self.sections[o.tree_section]
+        return Tree(self.contents[section.index], o, section)
+
+    def dump(self):
+        for i in range(len(self.objects)):
+            self.tree(i).check_counts()
+        return {"version": [self.major, self.minor], "sections": [s.describe() for s in self.sections],
+                "objects": [o.describe() for o in self.objects], "provenance": self.provenance}
+
+
+def decompress(stored, logical_size, at):
+    """*Section table*, `zstd`: exactly one frame (RFC 8878, 3.1.1) that states its content size. The frame is walked
+    block by block to see that it ends where the stored bytes end; the zstd program does the rest."""
+    def check(condition, message):
+        require(condition, "Section table", at, message)
+
+    check(len(stored) >= 6 and stored[:4] == b"\x28\xb5\x2f\xfd", "no Zstandard frame")
+    descriptor = stored[4]
+    single_segment, size_flag = descriptor >> 5 & 1, descriptor >> 6
+    content_at = 5 + (1 - single_segment) + (0, 1, 2, 4)[descriptor & 3]
+    content_bytes = (single_segment, 2, 4, 8)[size_flag]
+    check(content_bytes, "the frame does not state its content size")
+    content = int.from_bytes(stored[content_at:content_at + content_bytes], "little") + (256 if size_flag == 1 else 0)
+    check(content == logical_size, f"the frame holds {content} bytes, not logical_size")
+    end, last = content_at + content_bytes, False
+    while not last:
+        check(end + 3 <= len(stored), "the frame is cut")
+        block = int.from_bytes(stored[end:end + 3], "little")
+        last, kind, size = block & 1, block >> 1 & 3, block >> 3
+        check(kind != 3, "reserved block type in the frame")
+        end += 3 + (1 if kind == 1 else size)
+    check(end + 4 * (descriptor >> 2 & 1) == len(stored), "not exactly one frame")
+    run = subprocess.run(["zstd", "-dcq", "--long=31"], input=stored, capture_output=True)
+    check(run.returncode == 0 and len(run.stdout) == logical_size, "zstd cannot decompress the frame")
+    return run.stdout
+
+
+class ObjectRecord:
+    """One record of the *OBJT section*."""
+    FORMAT = struct.Struct("<IIIBB2x3f3f16sQQ3QIIQQQQQQ8I")
+    NAMES = ("source_index", "depth", "method", "method_parameters", "box_min", "box_max", "triangle_count",
+             "vertex_count", "cells", "block256_count", "block16_count", "brick_count",
+             "nodes_unfolded", "nodes_folded", "nodes_shared")
+
+    def __init__(self, file, at):
+        self.at, self.name, where = at, "", "OBJT section"
+        f = self.FORMAT.unpack_from(file.data, at)
+        self.name_offset, self.name_length, self.source_index, self.depth, self.method = f[:5]
+        self.box_min, self.box_max, self.geometry_hash = f[5:8], f[8:11], f[11]
+        self.triangle_count, self.vertex_count, self.cells = f[12], f[13], list(f[14:17])
+        self.tree_section, self.geometry_section = f[17:19]
+        self.block256_count, self.block16_count, self.brick_count = f[19:22]
+        self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[22:25]
+        self.method_parameters = list(f[25:33])
+        file.reserved(at + 14, 2)
+        file.reserved(at + 184, 72)
+        require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
+        require(self.method == 1, where, at + 13, f"unknown method {self.method}")
+        require(self.method_parameters[0] in (16, 81, 256), where, at + 152, "samples a cell")
+        require(not any(self.method_parameters[3:]), where, at + 164, "method parameters 3 to 7 are not zero")
+        self.scale = []                                                    # *Line to cell*, step 1
+        for a in range(3):
+            extent = f32(self.box_max[a] - self.box_min[a])
+            require(2.0 ** -126 <= extent < math.inf, where, at + 28 + 4 * a, "box_max - box_min is not normal")
+            self.scale.append(f32(256.0 / extent))
+            require(2.0 ** -126 <= self.scale[a] < math.inf, where, at + 28 + 4 * a, "256 / extent is not normal")
+        self.levels = max(self.depth, 2)                                   # L of *TREE section*
+        require(sum(self.cells) == 15 * 16 ** self.levels, where, at + 72, "the cells do not add up to 15 · 16^L")
+
+    def describe(self):
+        return {"name": self.name, "geometry_hash": self.geometry_hash.hex(),
+                **{name: getattr(self, name) for name in self.NAMES}}
+
+
+# ---- the tree --------------------------------------------------------------------------------------------------------
+
+def row_major(s, t, u, v, bits):
+    """*TREE section*, Row-major order."""
+    return ((s << bits | t) << bits | u) << bits | v
+
+
+def sibling_groups(bits):
+    """For each cell one level up, in row-major order: the indices of the sixteen cells inside it. bits ≥ 1."""
+    half, pair = range(2 ** (bits - 1)), range(2)
+    return [operator.itemgetter(*(row_major(2 * s + a, 2 * t + b, 2 * u + c, 2 * v + d, bits)
+                                  for a, b, c, d in product(pair, repeat=4)))
+            for s, t, u, v in product(half, repeat=4)]
+
+
+GROUPS = {bits: sibling_groups(bits) for bits in (1, 2, 3)}
+BRICK_BYTE = [bytes(byte >> 2 * i & 3 for i in range(4)) for byte in range(256)]
+
+
+class Pool:
+    """One array of blocks of a *TREE section*: `blocks[i][slot]` is an index into the next array, or a class."""
+
+    def __init__(self, name, bits, raw):
+        self.name, self.bits = name, bits
+        if name == "brick":
+            self.blocks = [b"".join(map(BRICK_BYTE.__getitem__, block)) for block in raw]
+        else:
+            self.blocks = [struct.unpack(f"<{16 ** bits}I", block) for block in raw]
+
+
+class Tree:
+    """*TREE section*: the arrays of one object, every rule checked."""
+
+    def __init__(self, data, record, section):
+        self.record, self.levels, self.section = record, record.levels, section
+        levels, top_bits = self.levels, min(self.levels - 2, 3)
+        self.top_bits, slots = top_bits, 15 * 16 ** top_bits
+        top_bytes = -(-(slots + 1) * 4 // 64) * 64
+        layout = [("256-way block", 2, 1024, record.block256_count, levels >= 7, record.at + 104),
+                  ("16-way block", 1, 64, record.block16_count, levels in (6, 8), record.at + 112),
+                  ("brick", 2, 64, record.brick_count, True, record.at + 120)]
+        for name, _, _, count, present, at in layout:
+            require(3 <= count < 2 ** 32 if present else count == 0, "TREE section", at, f"{name} count is {count}")
+        size = top_bytes + sum(width * count for _, _, width, count, _, _ in layout)
+        require(len(data) == size, "TREE section", section.at + 32, f"the tree has {len(data)} bytes, not {size}")
+
+        self.top = struct.unpack_from(f"<{slots}I", data)
+        self.check(u32(data, 4 * slots) == 0, 4 * slots, "the spare slot is not 0")
+        self.check(not any(data[4 * slots + 4:top_bytes]), 4 * slots + 4, "the top table's padding is not zero")
+        self.pools, at = [], top_bytes
+        before, before_at = [self.top], 0
+        for name, bits, width, count, present, _ in layout:
+            if present:
+                raw = [data[i:i + width] for i in range(at, at + width * count, width)]
+                self.check_pool(name, width, raw, at, before, before_at)
+                self.pools.append(Pool(name, bits, raw))
+                before, before_at = self.pools[-1].blocks, at
+                at += width * count
+        if record.depth == 1:
+            for i, brick in enumerate(self.pools[0].blocks):
+                self.check(all(len(set(group(brick))) == 1 for group in GROUPS[2]), top_bytes + 64 * i,
+                           "depth 1, and cells of level 2 inside one cell of level 1 differ")
+
+    def check(self, condition, logical, message):
+        """For a compressed section the byte offset is that of the section; the message has the logical one."""
+        if not condition:
+            where = self.section.offset + (logical if self.section.storage == 0 else 0)
+            raise VcdError("TREE section", where, f"{message} (logical byte {logical} of section {self.section.index})")
+
+    def check_pool(self, name, width, raw, at, before, before_at):
+        """*TREE section*: indices below the count, uniform blocks, value 3, equal blocks, unused blocks."""
+        used = {0, 1, 2}
+        for i, block in enumerate(before):
+            used.update(block)
+            if max(block) >= len(raw):
+                slot = next(k for k, word in enumerate(block) if word >= len(raw))
+                self.check(False, before_at + 4 * (i * len(block) + slot), f"{name} index {block[slot]} is too large")
+        for i in range(3):
+            uniform = bytes([i * 0x55]) * width if name == "brick" else struct.pack("<I", i) * (width // 4)
+            self.check(raw[i] == uniform, at + width * i, f"{name} {i} is not the uniform one")
+        if name == "brick":
+            for i, block in enumerate(raw):
+                bits = int.from_bytes(block, "little")
+                self.check(not bits & bits >> 1 & int.from_bytes(b"\x55" * 64, "little"), at + 64 * i,
+                           f"brick {i} has a cell of value 3")
+        seen = {}
+        for i, block in enumerate(raw):
+            self.check(seen.setdefault(block, i) == i, at + width * i, f"{name} {i} equals {name} {seen[block]}")
+        if len(used) < len(raw):
+            unused = next(i for i in range(len(raw)) if i not in used)
+            self.check(False, at + width * unused, f"{name} {unused} is not referred to")
+
+    def cell_class(self, pair, s, t, u, v):
+        """*TREE section*, From bytes to class."""
+        shift = 8 - self.top_bits
+        slot = row_major(s >> shift, t >> shift, u >> shift, v >> shift, self.top_bits)
+        index = self.top[(pair << 4 * self.top_bits) + slot]
+        for pool in self.pools:
+            shift -= pool.bits
+            mask = (1 << pool.bits) - 1
+            index = pool.blocks[index][row_major(s >> shift & mask, t >> shift & mask, u >> shift & mask,
+                                                 v >> shift & mask, pool.bits)]
+        return index
+
+    def check_counts(self):
+        """`cells` of the *OBJT section* and the three numbers of *Node counts*, from the tree."""
+        record, forest, level = self.record, Forest(self.levels), self.levels
+        nodes = [CLEAR, BLOCKED, UNCLASSIFIED]                 # the node of each index of the array below
+        for pool in reversed(self.pools):
+            nodes = [forest.join([nodes[word] for word in block], pool.bits, level) for block in pool.blocks]
+            level -= pool.bits
+        width = 16 ** self.top_bits
+        roots = [forest.join([nodes[word] for word in self.top[pair * width:(pair + 1) * width]], self.top_bits, level)
+                 for pair in range(15)]
+        *cells, unfolded, folded = map(sum, zip(*(forest.totals[0][root] for root in roots)))
+        for name, offset, found in (("cells", 72, cells), ("nodes_unfolded", 128, unfolded),
+                                    ("nodes_folded", 136, folded), ("nodes_shared", 144, 15 + 16 * forest.groups)):
+            stated = getattr(record, name)
+            require(stated == found, "OBJT section" if name == "cells" else "Node counts", record.at + offset,
+                    f"{name} says {stated}, the tree has {found}")
+
+
+class Forest:
+    """*Node counts*. A node is a number that only makes sense with its level: 0, 1 and 2 are the leaves of the three
+    classes; equal subtrees of one level, of whichever face pair, are the same node."""
+
+    def __init__(self, levels):
+        self.known = [{} for _ in range(levels)]               # by level: sixteen children -> node
+        self.totals = []                                       # by level and node: three cell counts, unfolded, folded
+        for level in range(levels + 1):
+            cells = 16 ** (levels - level)
+            self.totals.append([(cells, 0, 0, 1, 1), (0, cells, 0, 1, 1), (0, 0, cells, 1, 1)])
+        self.groups = 0                                        # g
+
+    def join(self, nodes, bits, level):
+        """The one node `bits` levels above a row-major array of nodes of `level`."""
+        for b in range(bits, 0, -1):
+            level -= 1
+            nodes = [self.parent(group(nodes), level) for group in GROUPS[b]]
+        return nodes[0]
+
+    def parent(self, children, level):
+        if children[0] <= 2 and children.count(children[0]) == 16:
+            return children[0]                                 # all cells inside have one class: a leaf
+        node = self.known[level].get(children)
+        if node is None:
+            *cells, unfolded, folded = map(sum, zip(*(self.totals[level + 1][child] for child in children)))
+            folds = max(children) <= 2                         # all sixteen children are leaves
+            self.groups += not folds
+            node = self.known[level][children] = len(self.totals[level])
+            self.totals[level].append((*cells, 1 + unfolded, 1 if folds else 1 + folded))
+        return node
+
+
+# ---- segments --------------------------------------------------------------------------------------------------------
+
+PAIRS = {faces: i for i, faces in enumerate(combinations(range(6), 2))}
+OTHER_AXES = ((1, 2), (0, 2), (0, 1))
+
+
+def line_to_cell(record, origin, direction):
+    """*Line to cell*, steps 2 to 9. None: not valid; else (t_entry, t_exit, cell), where cell is (pair, s, t, u, v), or
+    None if the line misses the box."""
+    p = [f32(f32(o - m) * k) for o, m, k in zip(origin, record.box_min, record.scale)]                       # 2
+    q = [f32(d * k) for d, k in zip(direction, record.scale)]
+    distance = f32(f32(abs(p[0]) + abs(p[1])) + abs(p[2]))                                                   # 3
+    length = f32(f32(abs(q[0]) + abs(q[1])) + abs(q[2]))
+    if not (distance <= 2.0 ** 18 and 2.0 ** -40 <= length <= 2.0 ** 100):
+        return None
+    near, far = [], []
+    for a in range(3):
+        q[a] = math.copysign(max(abs(q[a]), 2.0 ** -100), q[a])                                              # 4
+        r = f32(1.0 / q[a])                                                                                  # 5
+        low, high = f32(f32(0.0 - p[a]) * r), f32(f32(256.0 - p[a]) * r)
+        near.append(min(low, high))
+        far.append(max(low, high))
+    t_entry, t_exit = max(near), min(far)                                                                    # 6
+    if not t_entry < t_exit:
+        return t_entry, t_exit, None
+    entry_axis, exit_axis = near.index(t_entry), far.index(t_exit)
+    entry_face = 2 * entry_axis + (q[entry_axis] < 0)                                                        # 7
+    exit_face = 2 * exit_axis + (not q[exit_axis] < 0)
+    points = [(entry_face, t_entry), (exit_face, t_exit)]
+    coordinates = []
+    for face, t in sorted(points):                                                                           # 8, 9
+        for a in OTHER_AXES[face // 2]:
+            coordinates.append(int(min(max(f32(f32(q[a] * t) + p[a]), 0.0), 255.0)))
+    return t_entry, t_exit, (PAIRS[min(entry_face, exit_face), max(entry_face, exit_face)], *coordinates)
+
+
+def classify(record, tree, origin, t_min, direction, t_max):
+    """*Line to cell*, The answer."""
+    line = line_to_cell(record, origin, direction)
+    if line is None:
+        return UNCLASSIFIED
+    t_entry, t_exit, cell = line
+    if cell is None or t_min >= t_exit or t_max <= t_entry:
+        return CLEAR
+    found = tree.cell_class(*cell)
+    if found == CLEAR:
+        return CLEAR
+    return BLOCKED if found == BLOCKED and t_min <= t_entry and t_max >= t_exit else UNCLASSIFIED
+
+
+def classify_file(file, index, segments):
+    record, tree = file.objects[index], file.tree(index)
+    return bytes(classify(record, tree, (ox, oy, oz), t_min, (dx, dy, dz), t_max)
+                 for ox, oy, oz, t_min, dx, dy, dz, t_max in struct.iter_unpack("<8f", segments))
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    commands = parser.add_subparsers(dest="command", required=True)
+    for name, positions in (("dump", ["FILE"]), ("classify", ["FILE", "OBJECT_INDEX", "SEGMENTS", "OUT"])):
+        command = commands.add_parser(name)
+        command.add_argument("--no-checksums", action="store_true", help="do not verify the checksums of the sections")
+        for position in positions:
+            command.add_argument(position, type=int if position == "OBJECT_INDEX" else str)
+    options = parser.parse_args(arguments)
+    try:
+        with open(options.FILE, "rb") as stream:
+            file = VcdFile(stream.read(), not options.no_checksums)
+        if options.command == "dump":
+            print(json.dumps(file.dump(), sort_keys=True, indent=2))
+            return 0
+        if not 0 <= options.OBJECT_INDEX < len(file.objects):
+            parser.error(f"the file has {len(file.objects)} objects")
+        with open(options.SEGMENTS, "rb") as stream:
+            segments = stream.read()
+        if len(segments) % 32:
+            parser.error("SEGMENTS is not a multiple of 32 bytes")
+        answers = classify_file(file, options.OBJECT_INDEX, segments)
+        with open(options.OUT, "wb") as stream:
+            stream.write(answers)
+        return 0
+    except VcdError as error:
+        print(f"vcd_reader: {error}", file=sys.stderr)
+        return 3
+    except OSError as error:
+        parser.error(str(error))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

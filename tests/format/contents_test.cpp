@@ -1,0 +1,273 @@
+// The reader on damaged bytes: every prefix, every flipped bit of the tables, every finding of the table.
+#include <vcd/format/contents.h>
+
+#include <cstdlib>
+#include <functional>
+#include <memory>
+#include <set>
+
+#include <gtest/gtest.h>
+
+#include <xxhash.h>
+#include <zstd.h>
+
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd::test {
+namespace {
+
+using Buffer = std::vector<std::byte>;
+
+// Reads a copy that ends exactly where the bytes end, so that AddressSanitizer sees every step too far.
+std::vector<Finding> findings_of(Bytes bytes, CheckLevel level = CheckLevel::full) {
+  const std::unique_ptr<std::byte[]> exact(new std::byte[bytes.size()]);
+  std::copy(bytes.begin(), bytes.end(), exact.get());
+  std::vector<Finding> findings;
+  const auto contents = read_sidecar({exact.get(), bytes.size()}, level, findings);
+  EXPECT_EQ(contents.has_value(), !has_error(findings));
+  return findings;
+}
+
+bool found(std::span<const Finding> findings, FindingId id) {
+  return std::any_of(findings.begin(), findings.end(), [&](const Finding& f) { return f.id == id; });
+}
+
+// A file to damage. seal() makes the checksums fit again, so that the damage behind them is what is found.
+struct Sidecar {
+  Buffer bytes;
+
+  FileHeader& header() { return *reinterpret_cast<FileHeader*>(bytes.data()); }
+  SectionEntry& section(uint32_t type) {
+    for (uint32_t i = 0;; ++i) {
+      auto& entry = reinterpret_cast<SectionEntry*>(bytes.data() + sizeof(FileHeader))[i];
+      if (entry.type == type) return entry;
+    }
+  }
+  ObjectRecord& object(uint32_t index = 0) {
+    return reinterpret_cast<ObjectRecord*>(bytes.data() + section(kSectionObjects).offset)[index];
+  }
+  uint32_t* tree() { return reinterpret_cast<uint32_t*>(bytes.data() + section(kSectionTree).offset); }
+  uint8_t* brick(uint32_t index) {
+    return reinterpret_cast<uint8_t*>(tree()) + tree_shape(object().depth).top_bytes() + index * kBrickBytes;
+  }
+
+  void seal() {
+    auto* table = reinterpret_cast<SectionEntry*>(bytes.data() + sizeof(FileHeader));
+    const uint32_t count = header().section_count;
+    for (uint32_t i = 0; i < count; ++i) {
+      SectionEntry& e = table[i];
+      if (e.offset > bytes.size() || e.stored_size > bytes.size() - e.offset) continue;
+      e.stored_xxh3 = XXH3_64bits(bytes.data() + e.offset, e.stored_size);
+      if (e.storage == 0) e.logical_xxh3 = e.stored_xxh3;
+    }
+    header().section_table_xxh3 = XXH3_64bits(table, count * sizeof(SectionEntry));
+    header().header_xxh3 = XXH3_64bits(bytes.data(), 56);
+  }
+};
+
+class Contents : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const BakedObject one = must_bake(leaves(4), quick(2)), two = must_bake(cube(), quick(3));
+    ASSERT_GE(one.record.brick_count, 5u);  // the tests below damage bricks 3 and 4
+    small_ = new Buffer(sidecar_bytes({&one}));
+    BakeOptions with_geometry = quick(3);
+    with_geometry.embed_geometry = true;
+    const BakedObject three = must_bake(sphere(6, 8), with_geometry);
+    several_ = new Buffer(sidecar_bytes({&one, &two, &three}));
+    shipped_ = new Buffer(sidecar_bytes({&one, &two, &three}, Storage::zstd));
+  }
+  static void TearDownTestSuite() {
+    delete small_;
+    delete several_;
+    delete shipped_;
+  }
+  static inline Buffer *small_, *several_, *shipped_;
+};
+
+TEST_F(Contents, AcceptsWhatTheWriterWrites) {
+  for (const Buffer* file : {small_, several_, shipped_})
+    for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {
+      const auto findings = findings_of(*file, level);
+      EXPECT_TRUE(findings.empty()) << describe(findings[0]);
+    }
+}
+
+TEST_F(Contents, RefusesEveryPrefix) {
+  for (const Buffer* file : {small_, shipped_})
+    for (size_t size = 0; size < file->size(); ++size)
+      for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full})
+        ASSERT_TRUE(has_error(findings_of(Bytes(*file).first(size), level))) << size;
+  // Of the larger file, the ends of everything.
+  for (size_t size = 0; size < several_->size(); size += size < 8192 || size % 4096 < 2 ? 1 : 61)
+    ASSERT_TRUE(has_error(findings_of(Bytes(*several_).first(size)))) << size;
+}
+
+TEST_F(Contents, RefusesOneByteMore) {
+  Buffer longer = *small_;
+  longer.push_back(std::byte{0});
+  EXPECT_TRUE(found(findings_of(longer), FindingId::file_size));
+}
+
+TEST_F(Contents, RefusesEveryFlippedBit) {
+  for (const Buffer* file : {small_, shipped_}) {
+    Buffer copy = *file;
+    for (size_t bit = 0; bit < copy.size() * 8; ++bit) {
+      copy[bit / 8] ^= std::byte{1} << (bit % 8);
+      ASSERT_TRUE(has_error(findings_of(copy))) << "bit " << bit;
+      copy[bit / 8] ^= std::byte{1} << (bit % 8);
+      if (bit % 8 == 7 && bit / 8 > 1200 && bit / 8 + 40 < copy.size()) bit += 8 * 32;  // inside trees, one byte in 33
+    }
+  }
+}
+
+TEST_F(Contents, SurvivesEveryFlippedBitOfSealedTables) {
+  // Checksums that fit again: what is behind them must be safe, if not always noticed (a name's letter, say).
+  for (const Buffer* file : {small_, shipped_}) {
+    const size_t tables = 64 + 64 * 10 + 3 * 256;
+    for (size_t bit = 64 * 8; bit < std::min(tables, file->size()) * 8; ++bit) {
+      Sidecar copy{*file};
+      copy.bytes[bit / 8] ^= std::byte{1} << (bit % 8);
+      copy.seal();
+      findings_of(copy.bytes, CheckLevel::bounds);
+      findings_of(copy.bytes, CheckLevel::full);
+    }
+  }
+}
+
+struct Damage {
+  FindingId expected;
+  std::function<void(Sidecar&)> apply;
+  bool seal = true;
+};
+
+TEST_F(Contents, EveryFindingIsFound) {
+  const std::vector<Damage> damages = {
+      {FindingId::file_too_short, [](Sidecar& f) { f.bytes.resize(63); }, false},
+      {FindingId::bad_magic, [](Sidecar& f) { f.header().magic = {'P', 'K', 3, 4}; }, false},
+      {FindingId::transfer_damage, [](Sidecar& f) { f.header().magic[4] = '\n'; }, false},
+      {FindingId::unsupported_version, [](Sidecar& f) { f.header().version_major = 2; }},
+      {FindingId::header_checksum, [](Sidecar& f) { f.header().section_count ^= 1; }, false},
+      {FindingId::reserved_not_zero, [](Sidecar& f) { f.header().reserved[5] = 1; }},
+      {FindingId::file_size, [](Sidecar& f) { f.bytes.push_back({}); }},
+      {FindingId::section_table_range, [](Sidecar& f) {
+         f.header().section_count = 0xFFFFFFFF;
+         f.header().header_xxh3 = XXH3_64bits(f.bytes.data(), 56);
+       }, false},
+      {FindingId::section_table_checksum, [](Sidecar& f) { f.section(kSectionTree).offset ^= 1; }, false},
+      {FindingId::unknown_critical, [](Sidecar& f) { f.section(kSectionTree).type = section_type("WHAT"); }},
+      {FindingId::section_flags, [](Sidecar& f) { f.section(kSectionTree).flags = 0; }},
+      {FindingId::section_storage, [](Sidecar& f) { f.section(kSectionNames).storage = 1; }},
+      {FindingId::section_alignment, [](Sidecar& f) { f.section(kSectionTree).alignment = 512; }},
+      {FindingId::section_range, [](Sidecar& f) { f.section(kSectionTree).offset += 4096; }},
+      {FindingId::section_size, [](Sidecar& f) { f.section(kSectionTree).logical_size += 1; }},
+      {FindingId::section_object, [](Sidecar& f) { f.section(kSectionTree).object = kNone; }},
+      {FindingId::section_count, [](Sidecar& f) { f.section(kSectionProvenance).type = kSectionNames; }},
+      {FindingId::padding_not_zero, [](Sidecar& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }},
+      {FindingId::trailing_bytes, [](Sidecar& f) {
+         f.bytes.resize(f.bytes.size() + 8);
+         f.header().file_size += 8;
+       }},
+      {FindingId::stored_checksum, [](Sidecar& f) { f.brick(3)[0] ^= 1; }, false},
+      {FindingId::object_name, [](Sidecar& f) { f.bytes[f.section(kSectionNames).offset] = std::byte{0xFF}; }},
+      {FindingId::object_depth, [](Sidecar& f) { f.object().depth = 9; }},
+      {FindingId::object_method, [](Sidecar& f) { f.object().method_parameters[0] = 17; }},
+      {FindingId::object_box, [](Sidecar& f) { f.object().box_max[1] = f.object().box_min[1]; }},
+      {FindingId::object_section, [](Sidecar& f) { f.object().tree_section = 77; }},
+      {FindingId::object_counts, [](Sidecar& f) { f.object().brick_count += 1; }},
+      {FindingId::object_statistics, [](Sidecar& f) { f.object().nodes_folded += 1; }},
+      {FindingId::names_slack, [](Sidecar& f) { f.object().name_length -= 1; }},
+      {FindingId::tree_uniform, [](Sidecar& f) { f.brick(1)[7] = 0; }},
+      {FindingId::tree_index, [](Sidecar& f) { f.tree()[3] = 0xFFFFFFF0; }},
+      {FindingId::tree_spare, [](Sidecar& f) { f.tree()[15] = 1; }},
+      {FindingId::tree_class, [](Sidecar& f) { f.brick(3)[0] |= 3; }},
+      {FindingId::tree_unreferenced, [](Sidecar& f) { std::fill_n(f.tree(), 15, 0); }},
+      {FindingId::tree_duplicate, [](Sidecar& f) { std::copy_n(f.brick(3), 64, f.brick(4)); }},
+      {FindingId::provenance, [](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
+  };
+  std::set<FindingId> seen;
+  for (const Damage& damage : damages) {
+    Sidecar file{*small_};
+    damage.apply(file);
+    if (damage.seal) file.seal();
+    if (const char* folder = std::getenv("VCD_WRITE_INVALID"))  // how tests/golden/invalid came to be
+      write_file(std::filesystem::path(folder) / (std::string(finding_info(damage.expected).id) + ".vcd"), file.bytes);
+    const auto findings = findings_of(file.bytes);
+    EXPECT_TRUE(found(findings, damage.expected)) << finding_info(damage.expected).id << (findings.empty() ? "" : ", but: " + describe(findings[0]));
+    seen.insert(damage.expected);
+  }
+  // Two that only compressed sections can have.
+  Sidecar broken{*shipped_};
+  broken.bytes[broken.section(kSectionTree).offset + broken.section(kSectionTree).stored_size - 2] ^= std::byte{0xFF};
+  broken.seal();
+  const auto findings = findings_of(broken.bytes);
+  EXPECT_TRUE(found(findings, FindingId::decompression) || found(findings, FindingId::logical_checksum));
+  Sidecar lying{*shipped_};
+  lying.section(kSectionTree).logical_xxh3 ^= 1;
+  lying.header().section_table_xxh3 =
+      XXH3_64bits(lying.bytes.data() + 64, lying.header().section_count * sizeof(SectionEntry));
+  lying.header().header_xxh3 = XXH3_64bits(lying.bytes.data(), 56);
+  EXPECT_TRUE(found(findings_of(lying.bytes), FindingId::logical_checksum));
+  EXPECT_EQ(seen.size() + 2, all_findings().size()) << "a finding of the table has no test";
+}
+
+TEST_F(Contents, RefusesAZstdBomb) {
+  // A frame that says it holds 64 GiB, and a section entry that agrees.
+  Sidecar file{*shipped_};
+  SectionEntry& e = file.section(kSectionTree);
+  const uint64_t size = uint64_t{64} << 30;
+  const uint8_t frame[] = {0x28, 0xB5, 0x2F, 0xFD, 0xE0};  // single segment, eight bytes of content size
+  std::memcpy(file.bytes.data() + e.offset, frame, sizeof frame);
+  std::memcpy(file.bytes.data() + e.offset + sizeof frame, &size, sizeof size);
+  e.logical_size = size;
+  file.seal();
+  EXPECT_TRUE(found(findings_of(file.bytes), FindingId::section_size));
+}
+
+TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
+  Sidecar file{*small_};
+  file.header().version_minor = 7;
+  file.header().reserved[0] = 1;
+  file.object().reserved1[3] = 9;
+  file.section(kSectionProvenance).type = section_type("NEWS");
+  file.seal();
+  const auto findings = findings_of(file.bytes);
+  EXPECT_TRUE(findings.empty()) << describe(findings[0]);
+}
+
+TEST_F(Contents, BoundsLevelDoesNotNoticeDamagedCells) {
+  Sidecar file{*small_};
+  file.brick(3)[0] ^= 1;
+  EXPECT_TRUE(findings_of(file.bytes, CheckLevel::bounds).empty());
+  EXPECT_FALSE(findings_of(file.bytes, CheckLevel::full).empty());
+}
+
+TEST_F(Contents, StorageDoesNotChangeTheContent) {
+  Sidecar raw{*several_}, zstd{*shipped_};
+  ASSERT_EQ(raw.header().section_count, zstd.header().section_count);
+  EXPECT_LT(zstd.bytes.size(), raw.bytes.size());
+  const auto* a = reinterpret_cast<const SectionEntry*>(raw.bytes.data() + 64);
+  const auto* b = reinterpret_cast<const SectionEntry*>(zstd.bytes.data() + 64);
+  for (uint32_t i = 0; i < raw.header().section_count; ++i) {
+    EXPECT_EQ(a[i].type, b[i].type);
+    EXPECT_EQ(a[i].logical_xxh3, b[i].logical_xxh3);
+  }
+}
+
+TEST(Writer, LeavesNothingBehindWhenItFails) {
+  const TemporaryFolder folder;
+  SidecarToWrite empty;
+  EXPECT_FALSE(write_sidecar(folder / "missing" / "a.vcd", empty).ok());
+  std::filesystem::create_directories(folder / "taken.vcd" / "inside");
+  const auto result = write_sidecar(folder / "taken.vcd", empty);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::io);
+  EXPECT_NE(result.error().message.find("taken.vcd"), std::string::npos);
+  size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder.path())) ++files;
+  EXPECT_EQ(files, 1u);
+}
+
+}  // namespace
+}  // namespace vcd::test

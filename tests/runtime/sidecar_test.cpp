@@ -1,0 +1,210 @@
+#include <vcd/runtime/sidecar.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <thread>
+
+#include <gtest/gtest.h>
+
+#include <embree3/rtcore.h>
+
+#include <vcd/baker/audit.h>
+#include <vcd/baker/tracer.h>
+#include <vcd/runtime/embree.h>
+#include <vcd/runtime/vcd.h>
+
+#include "support/count_allocations.h"
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd::test {
+namespace {
+
+class Runtime : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryFolder;
+    SourceMesh second = leaves(30);
+    second.name = "leaves";
+    second.source_index = 4;
+    const BakedObject a = must_bake(sphere(), quick(5, 81)), b = must_bake(second, quick(4));
+    const auto raw = sidecar_bytes({&a, &b}), ship = sidecar_bytes({&a, &b}, Storage::zstd);
+    write_file(*folder_ / "raw.vcd", raw);
+    write_file(*folder_ / "ship.vcd", ship);
+    mesh_ = new PreparedMesh(*prepare(sphere()));
+    segments_ = new std::vector<Segment>(audit_segments(*mesh_, AuditKind::chords, 1, 20000));
+    const auto inside = audit_segments(*mesh_, AuditKind::inside, 1, 5000);
+    segments_->insert(segments_->end(), inside.begin(), inside.end());
+  }
+  static void TearDownTestSuite() {
+    delete folder_;
+    delete mesh_;
+    delete segments_;
+  }
+  static std::vector<Visibility> answers(const Sidecar& sidecar) {
+    std::vector<Visibility> result(segments_->size());
+    sidecar.object(0).classify(*segments_, result);
+    return result;
+  }
+  static std::string path(const char* name) { return (*folder_ / name).string(); }
+  static inline TemporaryFolder* folder_;
+  static inline PreparedMesh* mesh_;
+  static inline std::vector<Segment>* segments_;
+};
+
+TEST_F(Runtime, AnswersAlikeMappedCopiedInflatedAndFromABuffer) {
+  const auto mapped = Sidecar::open(path("raw.vcd"));
+  const auto copied = Sidecar::open(path("raw.vcd"), {Load::copy, CheckLevel::bounds});
+  const auto shipped = Sidecar::open(path("ship.vcd"));
+  ASSERT_TRUE(mapped.ok() && copied.ok() && shipped.ok());
+  const auto expected = answers(*mapped);
+  EXPECT_EQ(answers(*copied), expected);
+  EXPECT_EQ(answers(*shipped), expected);
+  const auto bytes = read_file(path("raw.vcd"));
+  for (size_t offset : {0, 8, 56}) {  // alignments: 64, or just 8
+    const std::unique_ptr<std::byte, decltype(&std::free)> memory(
+        static_cast<std::byte*>(std::aligned_alloc(64, (bytes.size() + 127) / 64 * 64)), std::free);
+    std::copy(bytes.begin(), bytes.end(), memory.get() + offset);
+    const auto buffered = Sidecar::open_buffer({memory.get() + offset, bytes.size()});
+    ASSERT_TRUE(buffered.ok());
+    EXPECT_EQ(answers(*buffered), expected);
+  }
+  EXPECT_EQ(Sidecar::open_buffer({bytes.data() + 1, bytes.size() - 1}).error().code, ErrorCode::usage);
+}
+
+TEST_F(Runtime, SingleAnswersEqualArrayAnswers) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  const auto all = answers(*sidecar);
+  int seen[3] = {};
+  for (size_t i = 0; i < all.size(); ++i) {
+    ASSERT_EQ(sidecar->object(0).classify((*segments_)[i]), all[i]);
+    ++seen[static_cast<int>(all[i])];
+  }
+  EXPECT_GT(seen[0], 500);
+  EXPECT_GT(seen[1], 500);
+  EXPECT_GT(seen[2], 500);
+}
+
+TEST_F(Runtime, FindsObjectsByIndexNameAndHash) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  ASSERT_EQ(sidecar->object_count(), 2u);
+  EXPECT_EQ(sidecar->object(1).name(), "leaves");
+  EXPECT_EQ(sidecar->find("leaves")->record().source_index, 4u);
+  EXPECT_EQ(sidecar->find(mesh_->geometry_hash)->name(), "sphere");
+  EXPECT_FALSE(sidecar->find("absent").has_value());
+  EXPECT_FALSE(sidecar->find(std::array<uint8_t, 16>{}).has_value());
+}
+
+TEST_F(Runtime, SurvivesBeingMoved) {
+  auto first = Sidecar::open(path("raw.vcd"));
+  const Object object = first->object(0);
+  const Sidecar second = std::move(*first);
+  EXPECT_EQ(object.classify((*segments_)[0]), second.object(0).classify((*segments_)[0]));
+}
+
+TEST_F(Runtime, OccludedAsksTheFallbackForUnclassifiedOnly) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  const Object object = sidecar->object(0);
+  for (const Segment& s : *segments_) {
+    int asked = 0;
+    const bool yes = object.occluded(s, [&] { return ++asked, true; });
+    const Visibility answer = object.classify(s);
+    ASSERT_EQ(asked, answer == Visibility::unclassified);
+    ASSERT_EQ(yes, answer != Visibility::clear);
+  }
+}
+
+TEST_F(Runtime, QueriesDoNotAllocate) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  const Object object = sidecar->object(0);
+  std::vector<Visibility> out(segments_->size());
+  const uint64_t before = allocation_count();
+  object.classify(*segments_, out);
+  for (const Segment& s : *segments_) out[0] = object.classify(s);
+  EXPECT_EQ(allocation_count(), before);
+}
+
+TEST_F(Runtime, ManyThreadsMayAskAtOnce) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  const auto expected = answers(*sidecar);
+  std::vector<std::thread> threads;
+  std::atomic<int> equal{0};
+  for (int t = 0; t < 4; ++t) threads.emplace_back([&] { equal += answers(*sidecar) == expected; });
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(equal, 4);
+}
+
+TEST_F(Runtime, ErrorsNameTheFileAndTheReason) {
+  const auto missing = Sidecar::open(path("missing.vcd"));
+  ASSERT_FALSE(missing.ok());
+  EXPECT_EQ(missing.error().code, ErrorCode::io);
+  EXPECT_NE(missing.error().message.find("missing.vcd"), std::string::npos);
+  EXPECT_EQ(Sidecar::open(folder_->path()).error().code, ErrorCode::io);
+  write_file(path("empty.vcd"), {});
+  for (Load load : {Load::map, Load::copy}) {
+    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::full});
+    ASSERT_FALSE(empty.ok());
+    EXPECT_EQ(empty.error().code, ErrorCode::invalid_file);
+    EXPECT_NE(empty.error().message.find("file-too-short"), std::string::npos);
+  }
+}
+
+TEST_F(Runtime, TheCInterfaceSaysTheSame) {
+  const vcd_sidecar* handle = nullptr;
+  ASSERT_EQ(vcd_open(path("raw.vcd").c_str(), nullptr, &handle, nullptr), VCD_SUCCESS);
+  ASSERT_EQ(vcd_object_count(handle), 2u);
+  const vcd_object* object = vcd_object_at(handle, 0);
+  EXPECT_EQ(vcd_object_at(handle, 2), nullptr);
+  EXPECT_EQ(vcd_object_by_name(handle, "sphere"), object);
+  EXPECT_EQ(vcd_object_by_name(handle, "absent"), nullptr);
+  EXPECT_EQ(vcd_object_by_hash(handle, mesh_->geometry_hash.data()), object);
+  size_t length = 0;
+  const char* name = vcd_object_name(object, &length);
+  EXPECT_EQ(std::string(name, length), "sphere");
+
+  const auto expected = answers(*Sidecar::open(path("raw.vcd")));
+  std::vector<vcd_segment> segments(segments_->size());
+  std::memcpy(segments.data(), segments_->data(), segments.size() * sizeof(vcd_segment));
+  std::vector<uint8_t> out(segments.size());
+  vcd_classify_array(object, segments.data(), segments.size(), out.data());
+  for (size_t i = 0; i < out.size(); ++i) {
+    ASSERT_EQ(out[i], static_cast<uint8_t>(expected[i]));
+    ASSERT_EQ(vcd_classify(object, &segments[i]), out[i]);
+  }
+  vcd_close(handle);
+
+  vcd_error error{sizeof(vcd_error), ""};
+  EXPECT_EQ(vcd_open(path("missing.vcd").c_str(), nullptr, &handle, &error), VCD_ERROR_IO);
+  EXPECT_EQ(handle, nullptr);
+  EXPECT_NE(std::string(error.message).find("missing.vcd"), std::string::npos);
+  EXPECT_EQ(vcd_open(nullptr, nullptr, &handle, &error), VCD_ERROR_USAGE);
+  vcd_close(nullptr);
+  EXPECT_STREQ(vcd_result_string(VCD_ERROR_INVALID_FILE), "invalid file");
+}
+
+TEST_F(Runtime, TheEmbreeAdapterGivesTheTracersAnswer) {
+  const auto sidecar = Sidecar::open(path("raw.vcd"));
+  const Object object = sidecar->object(0);
+  const auto tracer = Tracer::build(mesh_->positions, mesh_->triangles);
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  uint64_t wrong = 0, traced = 0;
+  for (const Segment& s : *segments_) {
+    RTCRay ray{};
+    ray.org_x = s.origin[0], ray.org_y = s.origin[1], ray.org_z = s.origin[2], ray.tnear = s.t_min;
+    ray.dir_x = s.direction[0], ray.dir_y = s.direction[1], ray.dir_z = s.direction[2], ray.tfar = s.t_max;
+    ray.mask = 0xFFFFFFFF;
+    const bool was_traced = occluded1(object, tracer->scene(), &context, &ray);
+    ASSERT_EQ(was_traced, object.classify(s) == Visibility::unclassified);
+    traced += was_traced;
+    wrong += (ray.tfar < 0) != tracer->occluded(s);
+    if (was_traced) {
+      ASSERT_EQ(ray.tfar < 0, tracer->occluded(s));
+    }
+  }
+  EXPECT_GT(traced, 0u);
+  EXPECT_LT(wrong, segments_->size() / 200);
+}
+
+}  // namespace
+}  // namespace vcd::test

@@ -1,0 +1,75 @@
+// Temporary folders, whole files, and sidecars in memory.
+#pragma once
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include <vcd/baker/bake.h>
+#include <vcd/format/writer.h>
+
+namespace vcd::test {
+
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::random_device random;
+    path_ = std::filesystem::temp_directory_path() / ("vcd-test-" + std::to_string(random()) + std::to_string(random()));
+    std::filesystem::create_directories(path_);
+  }
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+  std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+inline std::vector<std::byte> read_file(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  const std::vector<char> chars((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  std::vector<std::byte> bytes(chars.size());
+  if (!bytes.empty()) std::memcpy(bytes.data(), chars.data(), chars.size());
+  return bytes;
+}
+
+inline void write_file(const std::filesystem::path& path, Bytes bytes) {
+  std::ofstream out(path, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+}
+
+inline BakedObject must_bake(SourceMesh mesh, const BakeOptions& options) {
+  auto baked = bake(std::move(mesh), options);
+  if (!baked) throw std::runtime_error(baked.error().message);
+  return std::move(*baked);
+}
+
+inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*>& objects,
+                                            Storage storage = Storage::raw) {
+  const TemporaryFolder folder;
+  SidecarToWrite contents;
+  contents.storage = storage;
+  contents.provenance = {{"baker", "test"}, {"parts", "opaque"}};
+  for (const BakedObject* object : objects) contents.objects.push_back(object->to_write());
+  const auto written = write_sidecar(folder / "test.vcd", contents);
+  if (!written) throw std::runtime_error(written.error().message);
+  return read_file(folder / "test.vcd");
+}
+
+inline BakeOptions quick(uint32_t depth, uint32_t samples = 16) {
+  BakeOptions options;
+  options.depth = depth;
+  options.samples = samples;
+  return options;
+}
+
+}  // namespace vcd::test

@@ -1,0 +1,22 @@
+#!/usr/bin/env bash
+# Installs what building and testing vcd needs on Debian 12, unless it is all there already. Needs root or sudo.
+set -euo pipefail
+
+packages=(
+  g++ cmake ninja-build pkg-config
+  libembree-dev libtbb-dev libdraco-dev libtinygltf-dev libmeshoptimizer-dev
+  libzstd-dev libxxhash-dev nlohmann-json3-dev libcli11-dev libgtest-dev
+  zstd python3
+)
+missing=()
+for package in "${packages[@]}"; do
+  dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")
+done
+[ ${#missing[@]} -eq 0 ] && exit 0
+
+echo "installing: ${missing[*]}" >&2
+as_root=()
+[ "$(id -u)" -eq 0 ] || as_root=(sudo)
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null

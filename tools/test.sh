@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# Installs what is missing, builds the release and asan presets, and runs all tests of both.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+tools/install_dependencies.sh
+for preset in release asan; do
+  echo "== $preset: build" >&2
+  cmake --preset $preset >/dev/null
+  cmake --build --preset $preset
+  echo "== $preset: test" >&2
+  ctest --preset $preset
+done
