@@ -285,9 +285,8 @@ class ObjectRecord:
         self.scale = []                                                    # *Line to cell*, step 1
         for a in range(3):
             extent = f32(self.box_max[a] - self.box_min[a])
-            require(2.0 ** -126 <= extent < math.inf, where, at + 28 + 4 * a, "box_max - box_min is not normal")
+            require(2.0 ** -100 <= extent <= 2.0 ** 100, where, at + 28 + 4 * a, "box_max - box_min is out of range")
             self.scale.append(f32(256.0 / extent))
-            require(2.0 ** -126 <= self.scale[a] < math.inf, where, at + 28 + 4 * a, "256 / extent is not normal")
         self.levels = max(self.depth, 2)                                   # L of *TREE section*
         require(sum(self.cells) == 15 * 16 ** self.levels, where, at + 72, "the cells do not add up to 15 · 16^L")
 

@@ -26,7 +26,9 @@ template <class T>
 void add_attribute(draco::Mesh& mesh, draco::DataType type, uint32_t unique_id,
                    const std::vector<std::array<T, 3>>& values) {
   draco::GeometryAttribute attribute;
-  attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, type, false, sizeof(T) * 3, 0);
+  // Integers are marked as normalized, which must not scale them: the accessor of the glTF decides on that.
+  const bool normalized = type != draco::DT_FLOAT32;
+  attribute.Init(draco::GeometryAttribute::POSITION, nullptr, 3, type, normalized, sizeof(T) * 3, 0);
   const int id = mesh.AddAttribute(attribute, true, static_cast<uint32_t>(values.size()));
   mesh.attribute(id)->set_unique_id(unique_id);
   for (uint32_t i = 0; i < values.size(); ++i) {

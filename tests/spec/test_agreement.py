@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import random
+import re
 import struct
 import subprocess
 import sys
@@ -13,6 +14,7 @@ HERE = pathlib.Path(__file__).resolve()
 sys.path.insert(0, str(HERE.parents[2] / "spec" / "reader"))
 import vcd_reader
 
+SPECIFICATION = HERE.parents[2] / "spec" / "vcd-format.md"
 GOLDEN = HERE.parents[1] / "golden"
 BIN = pathlib.Path(os.environ["VCD_BIN"])
 TEST_BIN = pathlib.Path(os.environ["VCD_TEST_BIN"])
@@ -85,6 +87,18 @@ class Agreement(unittest.TestCase):
                     for i, (a, b) in enumerate(zip(cpp, python)):
                         self.assertEqual(a, b, f"segment {i}")
                     self.assertGreater(min(cpp.count(c) for c in (0, 2)), 1000)
+
+    def test_the_worked_example_is_the_file(self):
+        data = (GOLDEN / "example.vcd").read_bytes()
+        rows = re.findall(r"^([0-9a-f]{8}): (.{1,40})", SPECIFICATION.read_text(), re.M)
+        self.assertGreater(len(rows), 30)
+        for offset, text in rows:
+            expected = bytes.fromhex(text.replace(" ", ""))
+            self.assertEqual(data[int(offset, 16):][:len(expected)], expected, offset)
+        file = vcd_reader.VcdFile(data)
+        for origin, answer in (((0.2, 0.2, -2.0), 1), ((0.8, 0.8, -2.0), 0)):
+            origin = struct.unpack("3f", struct.pack("3f", *origin))
+            self.assertEqual(vcd_reader.classify(file.objects[0], file.tree(0), origin, 0.0, (0.0, 0.0, 4.0), 1.0), answer)
 
     def test_both_refuse_every_invalid_golden_file(self):
         files = sorted((GOLDEN / "invalid").glob("*.vcd"))

@@ -450,7 +450,7 @@ class Classify(unittest.TestCase):
     def test_against_fractions(self):
         boxes = [((-1.0, 0.0, 2.0), (1.0, 4.0, 3.0)), ((0.0, 0.0, 0.0), (256.0, 256.0, 256.0)),
                  ((-0.1, 0.3, 1e-3), (0.7, 0.9, 0.77)), ((1e6, -1e6, 5e5), (1.1e6, -9e5, 6e5)),
-                 ((0.0, 0.0, 0.0), (2.0 ** -118, 2.0 ** -119, 2.0 ** -117))]
+                 ((0.0, 0.0, 0.0), (2.0 ** -98, 2.0 ** -99, 2.0 ** -97))]
         for i, depth in enumerate((1, 2, 3, 5, 6, 7, 8)):
             box = tuple(tuple(map(single, corner)) for corner in boxes[i % len(boxes)])
             o, rng = Object(depth, seed=depth, box=box), random.Random(depth)
