@@ -88,11 +88,11 @@ Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
   const SampledClassifier classifier(*tracer, options.samples, options.seed);
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
-  auto octree = build_octree({classifier, options.depth}, options.threads,
-                             [&](uint64_t done, uint64_t total, uint64_t rays) {
-                               const double fraction = static_cast<double>(done) / static_cast<double>(total);
-                               return !options.progress || options.progress({fraction, rays, seconds()});
-                             });
+  const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
+    const double fraction = static_cast<double>(done) / static_cast<double>(total);
+    if (options.progress) options.progress({fraction, rays, seconds()});
+  };
+  auto octree = build_octree({classifier, options.depth, options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place + ": stopped"};
 
   object.arrays_->tree = std::move(octree->tree);

@@ -43,11 +43,10 @@ Result<BakedObject> bake_one(const Options& options, const fs::path& input, Sour
   ProgressLine line(input.filename().string() + (mesh.name.empty() ? "" : " " + printable(mesh.name)),
                     options.common.quiet);
   BakeOptions bake_options = options.bake;
-  bake_options.progress = [&](const BakeProgress& progress) {
-    line.update(progress);
-    return !interrupted();
-  };
+  bake_options.progress = [&](const BakeProgress& progress) { line.update(progress); };
+  bake_options.stop = interrupted;
   auto baked = bake(std::move(mesh), bake_options);
+  if (interrupted()) return Error{ErrorCode::runtime, input.string() + ": interrupted"};
   if (!baked) return Error{baked.error().code, input.string() + ": " + baked.error().message};
   return baked;
 }

@@ -196,6 +196,7 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app{"Measures sidecars against bare Embree on this machine: variants interleaved, medians, ratios."};
   app.require_subcommand(1);
+  app.fallthrough();  // the options of all may come after the subcommand too
   add_common_options(app, options.common);
   app.add_option("--repetitions", options.repetitions, "How often each variant runs (default: 7)")->check(CLI::Range(1, 1000));
 
@@ -210,6 +211,5 @@ int main(int argc, char** argv) {
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
   bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}));
   bake->add_option("--cells", options.bake_rate.top_cells, "Random cells of level 3 to bake (default: 200)");
-  app.fallthrough();
   return run_program(app, argc, argv, [&] { return segments->parsed() ? run_segments(options) : run_bake_rate(options); });
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <numeric>
 
 #include <tbb/global_control.h>
@@ -14,7 +13,8 @@
 namespace vcd {
 namespace {
 
-constexpr uint32_t kBatch = 8;  // top cells that travel through the pipeline together
+// Top cells that travel through the pipeline together: many where each is little work.
+constexpr uint32_t batch_size(uint32_t depth) { return depth < 6 ? 16 : depth < 7 ? 4 : 1; }
 
 // Where an ancestor of the top cells decides, its class; kDeeper elsewhere. In the order of the top table.
 class Ancestors {
@@ -57,18 +57,20 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
   DagBuilder dag(source.depth);
   uint64_t rays = ancestors.rays();
   uint32_t next = 0, done = 0;
-  std::atomic<bool> stopped = !progress(0, total, rays);
+  const uint32_t step = batch_size(source.depth);
+  const auto stopped = [&] { return source.stop && source.stop(); };
+  progress(0, total, rays);
 
   using Batch = std::vector<Subtree>;
   const auto hand_out = [&](tbb::flow_control& control) {
     const uint32_t first = next;
-    if (first >= total || stopped) control.stop();
-    next += kBatch;
+    if (first >= total || stopped()) control.stop();
+    next += step;
     return first;
   };
   const auto classify = [&](uint32_t first) {
     Batch batch;
-    for (uint32_t slot = first; slot < std::min(first + kBatch, total); ++slot) {
+    for (uint32_t slot = first; slot < std::min(first + step, total); ++slot) {
       const Cell cell = top_cell(shape, slot);
       uint64_t cell_rays = 0;
       const uint32_t value = ancestors[slot] == kDeeper ? source.classify(cell, cell_rays) : ancestors[slot];
@@ -83,13 +85,13 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
       rays += subtree.rays;
     }
     done += static_cast<uint32_t>(batch.size());
-    if (!progress(done, total, rays)) stopped = true;
+    progress(done, total, rays);
   };
   using tbb::filter_mode;
   tbb::parallel_pipeline(4 * threads, tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
                                           tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
                                           tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
-  if (done < total) return std::nullopt;
+  if (done < total || stopped()) return std::nullopt;
   return Octree{dag.take(), rays};
 }
 

@@ -9,15 +9,15 @@
 
 namespace vcd {
 
-// done and total count cells of the top table. Return false to stop.
-using OctreeProgress = std::function<bool(uint64_t done, uint64_t total, uint64_t rays)>;
+// done and total count cells of the top table.
+using OctreeProgress = std::function<void(uint64_t done, uint64_t total, uint64_t rays)>;
 
 struct Octree {
   TreeArrays tree;
   uint64_t rays = 0;
 };
 
-// threads: 0 for all. Nothing if progress stopped it. Memory beside the tree itself: a few megabytes, and a hash table
+// threads: 0 for all. Nothing if source.stop stopped it. Memory beside the tree itself: a few megabytes, and a hash table
 // of at most a quarter of its size.
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress);
 

@@ -11,6 +11,7 @@ class Builder {
       : source_(source), out_(out), brick_level_(tree_shape(source.depth).levels - 2) {}
 
   void visit(const Cell& cell, uint32_t value) {
+    if (source_.stop && source_.stop()) return;
     if (cell.level == brick_level_) {
       out_.bricks[brick_index(cell)] = value == kDeeper ? fill_brick(cell) : value;
       return;

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include <vcd/baker/cell.h>
@@ -18,6 +19,7 @@ inline constexpr uint32_t kDeeper = 3;  // beside the classes 0, 1, 2: mixed, an
 struct CellSource {
   const SampledClassifier& classifier;
   uint32_t depth;
+  std::function<bool()> stop = {};  // true: the rest need not be right, the tree will be thrown away
 
   // The class of a cell, or kDeeper. A mixed cell of the deepest level is unclassified. Adds the rays traced to `rays`.
   uint32_t classify(const Cell& cell, uint64_t& rays) const {

@@ -1,0 +1,68 @@
+"""Installs the build into a temporary prefix and builds outsiders against it, which link the runtime alone."""
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+HERE = pathlib.Path(__file__).resolve().parent
+GOLDEN = HERE.parent / "golden" / "several.vcd"
+FOREIGN = ("embree", "OpenMesh", "draco", "tinygltf", "tbb", "meshopt")
+
+
+def run(*command, **options):
+    done = subprocess.run([str(c) for c in command], capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+class Install(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.prefix = pathlib.Path(cls.folder.name) / "prefix"
+        build = pathlib.Path(os.environ["VCD_BUILD"])
+        run("cmake", "--install", build, "--prefix", cls.prefix)
+        flags = [line.split("=", 1)[1] for line in (build / "CMakeCache.txt").read_text().splitlines()
+                 if line.startswith("CMAKE_CXX_FLAGS:")]
+        cls.flags = flags[0] if flags else ""  # the libraries may be built with sanitizers
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def assert_links_no_foreigner(self, program):
+        libraries = run("ldd", program)
+        for name in FOREIGN:
+            self.assertNotIn(name, libraries)
+
+    def test_cmake_consumer(self):
+        build = pathlib.Path(self.folder.name) / "cmake"
+        run("cmake", "-S", HERE / "consumer", "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.prefix}",
+            f"-DCMAKE_CXX_FLAGS={self.flags}", f"-DCMAKE_C_FLAGS={self.flags}")
+        run("cmake", "--build", build)
+        self.assertRegex(run(build / "consumer", GOLDEN), r"^4 objects, (not )?blocked\n$")
+        self.assert_links_no_foreigner(build / "consumer")
+
+    def test_pkg_config_consumer_in_c(self):
+        pc = next(self.prefix.rglob("vcd.pc"))
+        text = pc.read_text().replace("prefix=/usr/local\n", f"prefix={self.prefix}\n")
+        pc.write_text(text)
+        environment = dict(os.environ, PKG_CONFIG_PATH=str(pc.parent))
+        flags = run("pkg-config", "--cflags", "--libs", "--static", "vcd", env=environment).split()
+        program = pathlib.Path(self.folder.name) / "in_c"
+        run("cc", *self.flags.split(), HERE / "consumer" / "main.c", "-o", program, *flags)
+        self.assertEqual(run(program, GOLDEN), "4 objects, 0\n")
+        self.assert_links_no_foreigner(program)
+
+    def test_programs_and_headers_are_there(self):
+        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):
+            self.assertIn("vcd 0.", run(self.prefix / "bin" / program, "--version"))
+        headers = {str(p.relative_to(self.prefix / "include")) for p in (self.prefix / "include").rglob("*.h")}
+        self.assertIn("vcd/runtime/vcd.h", headers)
+        self.assertIn("vcd/runtime/embree.h", headers)
+        self.assertFalse([h for h in headers if h.startswith("vcd/baker")])
+
+
+if __name__ == "__main__":
+    unittest.main()

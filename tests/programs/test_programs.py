@@ -1,0 +1,258 @@
+"""The programs as their users meet them: exit codes, messages, files written and not written."""
+import json
+import os
+import pathlib
+import random
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+BIN = pathlib.Path(os.environ["VCD_BIN"])
+GOLDEN = pathlib.Path(__file__).resolve().parents[1] / "golden"
+
+TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+SMALL = ("--depth", "3", "--samples", "16")
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.holder = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.holder.name)
+        self.addCleanup(self.holder.cleanup)
+
+    def run_program(self, program, *arguments, code=0, **options):
+        done = subprocess.run([BIN / program, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def mesh(self, name="tetrahedron.obj", text=TETRAHEDRON):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def baked(self, *options, name="tetrahedron.obj", text=TETRAHEDRON):
+        mesh = self.mesh(name, text)
+        depth = () if "--depth" in options else ("--depth", "3")
+        self.run_program("vc-bake", mesh, "-q", "--samples", "16", *depth, *options)
+        return mesh, mesh.with_name(mesh.name + ".vcd")
+
+    def files(self):
+        return sorted(p.name for p in self.folder.iterdir())
+
+
+def soup(triangles, seed=1):
+    rng = random.Random(seed)
+    lines = []
+    for _ in range(triangles):
+        base = [rng.uniform(0, 4) for _ in range(3)]
+        lines += ["v " + " ".join(f"{x + rng.uniform(0, 0.4):.6f}" for x in base) for _ in range(3)]
+    return "\n".join(lines + [f"f {3 * i + 1} {3 * i + 2} {3 * i + 3}" for i in range(triangles)]) + "\n"
+
+
+class Bake(Case):
+    def test_writes_a_sidecar_beside_the_mesh_and_says_what_it_did(self):
+        mesh = self.mesh()
+        done = self.run_program("vc-bake", mesh, *SMALL)
+        self.assertIn("tetrahedron.obj.vcd", done.stdout)
+        self.assertIn("4 triangles", done.stdout)
+        self.assertEqual(done.stderr, "")
+        self.assertEqual(self.files(), ["tetrahedron.obj", "tetrahedron.obj.vcd"])
+
+    def test_quiet_is_silent(self):
+        done = self.run_program("vc-bake", self.mesh(), "-q", *SMALL)
+        self.assertEqual(done.stdout + done.stderr, "")
+
+    def test_json_report(self):
+        done = self.run_program("vc-bake", self.mesh(), *SMALL, "--format", "json")
+        report = json.loads(done.stdout)
+        self.assertEqual(report["files"][0]["objects"][0]["triangle_count"], 4)
+        self.assertEqual(report["files"][0]["objects"][0]["depth"], 3)
+
+    def test_same_bytes_for_any_number_of_threads(self):
+        mesh = self.mesh("soup.obj", soup(60))
+        for threads in (1, 2, 3):
+            self.run_program("vc-bake", mesh, "-q", "--depth", 5, "--samples", 16, "-j", threads, "-o", self.folder / f"{threads}.vcd")
+        contents = {(self.folder / f"{t}.vcd").read_bytes() for t in (1, 2, 3)}
+        self.assertEqual(len(contents), 1)
+
+    def test_output_file_and_folder(self):
+        mesh, other = self.mesh(), self.mesh("other.obj")
+        self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "x.vcd")
+        (self.folder / "out").mkdir()
+        self.run_program("vc-bake", mesh, other, "-q", *SMALL, "-o", self.folder / "out")
+        self.assertEqual(sorted(p.name for p in (self.folder / "out").iterdir()), ["other.obj.vcd", "tetrahedron.obj.vcd"])
+        self.run_program("vc-bake", mesh, other, "-o", self.folder / "nowhere", code=1)
+
+    def test_two_inputs_for_one_output_are_refused(self):
+        (self.folder / "a").mkdir()
+        (self.folder / "out").mkdir()
+        mesh, twin = self.mesh(), self.mesh("a/tetrahedron.obj")
+        self.run_program("vc-bake", mesh, twin, "-o", self.folder / "out", code=1)
+        self.assertEqual(list((self.folder / "out").iterdir()), [])
+
+    def test_a_bad_mesh_leaves_nothing_and_the_others_are_baked(self):
+        bad = self.mesh("bad.obj", TETRAHEDRON + "f 1 2 99\n")
+        done = self.run_program("vc-bake", bad, *SMALL, code=3)
+        self.assertIn("bad.obj", done.stderr)
+        self.assertIn("99", done.stderr)
+        self.assertIn("line 9", done.stderr)
+        self.assertEqual(self.files(), ["bad.obj"])
+        good = self.mesh()
+        self.run_program("vc-bake", bad, good, self.folder / "absent.ply", *SMALL, code=9)
+        self.assertEqual(self.files(), ["bad.obj", "tetrahedron.obj", "tetrahedron.obj.vcd"])
+
+    def test_exit_codes(self):
+        self.run_program("vc-bake", code=1)
+        self.run_program("vc-bake", self.mesh(), "--depth", 9, code=1)
+        self.run_program("vc-bake", self.folder / "absent.obj", code=2)
+        self.run_program("vc-bake", self.mesh("nan.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), code=3)
+        self.run_program("vc-bake", self.mesh("points.obj", "v 0 0 0\np 1\n"), code=3)
+        self.run_program("vc-bake", self.mesh("what.fbx", ""), code=5)
+
+    def test_list_of_files(self):
+        self.mesh("one.obj"), self.mesh("two words.obj")
+        (self.folder / "list.txt").write_text(f"{self.folder}/one.obj\n\n{self.folder}/two words.obj\n")
+        self.run_program("vc-bake", f"@{self.folder}/list.txt", "-q", *SMALL)
+        self.assertEqual(self.files(), ["list.txt", "one.obj", "one.obj.vcd", "two words.obj", "two words.obj.vcd"])
+        self.run_program("vc-bake", "@/absent/list.txt", code=1)
+
+    def test_unwritable_output(self):
+        done = self.run_program("vc-bake", self.mesh(), *SMALL, "-o", self.folder / "absent" / "x.vcd", code=2)
+        self.assertIn("absent/x.vcd", done.stderr)
+        self.assertEqual(self.files(), ["tetrahedron.obj"])
+
+    def test_replaces_by_renaming(self):
+        mesh, sidecar = self.baked()
+        with open(sidecar, "rb") as old:
+            before = old.read()
+            self.run_program("vc-bake", mesh, "-q", "--depth", 4, "--samples", 16)
+            old.seek(0)
+            self.assertEqual(old.read(), before)  # whoever has the old file open keeps it
+        self.assertNotEqual(sidecar.read_bytes(), before)
+
+    def test_interruption_leaves_nothing(self):
+        mesh = self.mesh("soup.obj", soup(3000))
+        for kind in (signal.SIGINT, signal.SIGTERM):
+            process = subprocess.Popen([BIN / "vc-bake", mesh, "--depth", "8"], stderr=subprocess.PIPE, text=True)
+            time.sleep(1.5)
+            process.send_signal(kind)
+            _, errors = process.communicate(timeout=120)
+            self.assertEqual(process.returncode, 4, errors)
+            self.assertIn("interrupted", errors)
+            self.assertEqual(self.files(), ["soup.obj"])
+
+    def test_progress_on_a_terminal_only(self):
+        mesh = self.mesh("soup.obj", soup(200))
+        inner = f"{BIN}/vc-bake {mesh} --depth 5 --samples 16 >/dev/null"
+        if not shutil.which("script"):
+            self.skipTest("needs the program `script`")
+        seen = subprocess.run(["script", "-qec", inner, "/dev/null"], capture_output=True, text=True).stdout
+        self.assertIn("rays/s", seen)
+        self.assertIn("left", seen)
+        self.assertEqual(self.run_program("vc-bake", mesh, *SMALL).stderr, "")
+
+
+class Info(Case):
+    def test_text_and_json(self):
+        _, sidecar = self.baked()
+        self.assertIn('object 0 "tetrahedron"', self.run_program("vc-info", sidecar).stdout)
+        shown = json.loads(self.run_program("vc-info", sidecar, "--format", "json").stdout)["files"][0]
+        self.assertEqual(shown["objects"][0]["samples"], 16)
+        self.assertAlmostEqual(sum(shown["objects"][0]["shares"].values()), 1)
+        self.run_program("vc-info", self.mesh(), code=3)
+
+    def test_repack_keeps_the_content(self):
+        _, sidecar = self.baked("--depth", "5", "--embed-geometry", text=soup(30), name="soup.obj")
+        ship, raw = self.folder / "ship.vcd", self.folder / "raw.vcd"
+        self.run_program("vc-info", sidecar, "--repack", ship, "--storage", "ship")
+        self.run_program("vc-info", ship, "--repack", raw, "--storage", "raw")
+        self.assertLess(ship.stat().st_size, sidecar.stat().st_size / 2)
+        self.assertEqual(raw.read_bytes(), sidecar.read_bytes())
+        hashes = [[(s["type"], s["logical_xxh3"]) for s in json.loads(self.run_program("vc-info", f, "--format", "json").stdout)["files"][0]["sections"]]
+                  for f in (sidecar, ship)]
+        self.assertEqual(*hashes)
+        baked_ship = self.folder / "direct.vcd"
+        self.run_program("vc-bake", self.folder / "soup.obj", "-q", "--depth", 5, "--samples", 16, "--embed-geometry",
+                         "--storage", "ship", "-o", baked_ship)
+        self.assertEqual(baked_ship.read_bytes(), ship.read_bytes())
+
+
+class Verify(Case):
+    def test_accepts_what_was_baked(self):
+        mesh, sidecar = self.baked()
+        self.assertIn("ok", self.run_program("vc-verify", sidecar).stdout)
+        done = self.run_program("vc-verify", sidecar, "--against", mesh, "--lines", 20000)
+        self.assertIn("95 % bound", done.stdout)
+
+    def test_same_mesh_in_another_file_format_and_order(self):
+        _, sidecar = self.baked()
+        off = self.mesh("other.off", "OFF\n4 4 0\n0 0 1\n0 0 0\n1 0 0\n0 1 0\n3 2 0 3\n3 1 3 2\n3 1 2 0\n3 0 3 1\n")
+        self.run_program("vc-verify", sidecar, "--against", off, "--lines", 1000)
+
+    def test_another_mesh_is_stale(self):
+        _, sidecar = self.baked()
+        other = self.mesh("moved.obj", TETRAHEDRON.replace("v 1 0 0", "v 1.0000001 0 0"))
+        done = self.run_program("vc-verify", sidecar, "--against", other, code=8)
+        self.assertIn("stale", done.stderr)
+
+    def test_damage(self):
+        _, sidecar = self.baked()
+        data = bytearray(sidecar.read_bytes())
+        data[-5] ^= 1
+        sidecar.write_bytes(data)
+        done = self.run_program("vc-verify", sidecar, code=3)
+        self.assertIn("stored-checksum", done.stderr)
+        findings = json.loads(self.run_program("vc-verify", sidecar, "--format", "json", code=3).stdout)["files"][0]["findings"]
+        self.assertEqual(findings[0]["id"], "stored-checksum")
+
+    def test_many_files_and_never_zero(self):
+        _, sidecar = self.baked()
+        (self.folder / "empty.vcd").write_bytes(b"")
+        self.run_program("vc-verify", sidecar, self.folder / "empty.vcd", code=9)
+        self.run_program("vc-verify", self.folder / "empty.vcd", code=3)
+        self.run_program("vc-verify", self.folder / "absent.vcd", code=2)
+        self.run_program("vc-verify", code=1)
+
+    def test_embedded_geometry_needs_no_mesh(self):
+        _, sidecar = self.baked("--embed-geometry")
+        self.assertIn("uniform", self.run_program("vc-verify", sidecar, "--lines", 20000).stdout)
+        self.assertNotIn("uniform", self.run_program("vc-verify", GOLDEN / "depth3.vcd").stdout)
+
+    def test_wrong_answers_fail_and_can_be_replayed(self):
+        mesh, sidecar = self.baked("--depth", "4", text=soup(40), name="soup.obj")
+        done = self.run_program("vc-verify", sidecar, "--against", mesh, "--max-wrong", 0, "--lines", 100000, code=7)
+        segment = done.stdout.split("--segment=")[1].split()[0]
+        replayed = self.run_program("vc-verify", sidecar, "--against", mesh, f"--segment={segment}", code=7)
+        self.assertIn("the sidecar says", replayed.stdout)
+        self.run_program("vc-verify", sidecar, "--against", mesh, "--segment=1,2,3", code=1)
+
+    def test_findings_table(self):
+        self.assertIn("tree-index", self.run_program("vc-verify", "--list-findings").stdout)
+
+
+class Bench(Case):
+    def test_segments(self):
+        mesh, sidecar = self.baked()
+        done = self.run_program("vc-bench", "segments", sidecar, mesh, "--points", 20, "--repetitions", 1, "--format", "json")
+        self.assertEqual(json.loads(done.stdout)["shadow_rays"]["segments"], 20 * 128)
+        other = self.mesh("other.obj", soup(5))
+        self.run_program("vc-bench", "segments", sidecar, other, code=8)
+
+    def test_bake_rate(self):
+        done = self.run_program("vc-bench", "bake-rate", self.mesh(), "--cells", 3, "--repetitions", 1)
+        self.assertIn("rtcOccluded16", done.stdout)
+
+
+class EveryProgram(Case):
+    def test_help_version_and_exit_codes(self):
+        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):
+            self.assertIn("8  stale sidecar", self.run_program(program, "--help").stdout)
+            self.assertRegex(self.run_program(program, "--version").stdout, r"^vcd \d+\.\d+\.\d+\n$")
+            self.assertNotEqual(self.run_program(program, "--nonsense", code=1).stderr, "")
+
+
+if __name__ == "__main__":
+    unittest.main()

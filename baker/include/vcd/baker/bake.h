@@ -26,8 +26,8 @@ struct BakeOptions {
   uint64_t seed = 0;
   unsigned threads = 0;     // 0: all
   bool embed_geometry = false;
-  // Called often, from one thread at a time. Return false to stop.
-  std::function<bool(const BakeProgress&)> progress;
+  std::function<void(const BakeProgress&)> progress;  // called now and then, from one thread at a time
+  std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };
 
 // One baked object. Moving it keeps every span of to_write() valid.
@@ -55,7 +55,7 @@ class BakedObject {
 
 // Bakes one object with the paper's method. The same geometry and options give the same tree and record, whatever the
 // number of threads, the order of vertices and triangles, or the file they came from.
-// Errors: those of prepare(); usage (an option out of range); runtime (out of memory, or stopped by progress).
+// Errors: those of prepare(); usage (an option out of range); runtime (out of memory, or stopped).
 Result<BakedObject> bake(SourceMesh&& mesh, const BakeOptions& options);
 
 // The welded mesh as a Draco bitstream without quantization, so that decoding it and preparing it again gives the same
