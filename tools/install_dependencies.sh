@@ -4,7 +4,7 @@ set -euo pipefail
 
 packages=(
   g++ cmake ninja-build pkg-config
-  libembree-dev libtbb-dev libdraco-dev libtinygltf-dev libmeshoptimizer-dev
+  libembree-dev libtbb-dev libdraco-dev libmeshoptimizer-dev
   libzstd-dev libxxhash-dev nlohmann-json3-dev libcli11-dev libgtest-dev
   zstd python3
 )
