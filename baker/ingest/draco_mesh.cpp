@@ -126,7 +126,7 @@ Result<Ingested> ingest_drc(const std::filesystem::path& path, const IngestOptio
   const std::string fault = fault_of(*mesh);
   if (!fault.empty()) return file_error(path, ErrorCode::invalid_file, fault);
   Ingested ingested;
-  ingested.meshes.push_back({"", 0, std::move(mesh->positions), std::move(mesh->triangles)});
+  ingested.meshes.push_back({path.stem().string(), 0, std::move(mesh->positions), std::move(mesh->triangles)});
   return ingested;
 } catch (const std::bad_alloc&) {
   return file_error(path, ErrorCode::runtime, "out of memory while reading");

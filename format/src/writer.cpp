@@ -7,6 +7,7 @@
 
 #include "atomic_file.h"
 #include "checksum.h"
+#include "utf8.h"
 
 namespace vcd {
 namespace {
@@ -27,7 +28,8 @@ std::vector<std::byte> encode_provenance(const std::map<std::string, std::string
   const auto put = [&](Bytes bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
   const auto put_number = [&](size_t n) { put(bytes_of(static_cast<uint32_t>(n))); };
   put_number(pairs.size());
-  for (const auto& [key, value] : pairs) {
+  for (const auto& [key, raw_value] : pairs) {
+    const std::string value = make_utf8(raw_value);
     put_number(key.size());
     put_number(value.size());
     put(std::as_bytes(std::span(key)));
@@ -106,9 +108,10 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   std::vector<ObjectRecord> records;
   for (const ObjectToWrite& object : contents.objects) {
     ObjectRecord record = object.record;
+    const std::string name = make_utf8(object.name);
     record.name_offset = static_cast<uint32_t>(names.size());
-    record.name_length = static_cast<uint32_t>(object.name.size());
-    names += object.name;
+    record.name_length = static_cast<uint32_t>(name.size());
+    names += name;
     records.push_back(record);
   }
   const std::vector<std::byte> provenance = encode_provenance(contents.provenance);

@@ -119,6 +119,14 @@ class Bake(Case):
         self.assertEqual(self.files(), ["list.txt", "one.obj", "one.obj.vcd", "two words.obj", "two words.obj.vcd"])
         self.run_program("vc-bake", "@/absent/list.txt", code=1)
 
+    def test_odd_file_names(self):
+        for name in (b"two words.obj", b'quo"te.obj', b"new\nline.obj", b"\xff\xfe latin.obj", "Ähre.obj".encode(), b"-dash.obj"):
+            path = os.fsencode(self.folder) + b"/" + name
+            with open(path, "w") as out:
+                out.write(TETRAHEDRON)
+            self.run_program("vc-bake", os.fsdecode(path), "-q", *SMALL)
+            self.run_program("vc-verify", os.fsdecode(path) + ".vcd", "--against", os.fsdecode(path), "--lines", 1000)
+
     def test_unwritable_output(self):
         done = self.run_program("vc-bake", self.mesh(), *SMALL, "-o", self.folder / "absent" / "x.vcd", code=2)
         self.assertIn("absent/x.vcd", done.stderr)

@@ -15,13 +15,13 @@ std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t
     size[a] = static_cast<double>(mesh.box_max[a]) - mesh.box_min[a];
   }
   const double width = std::max({size[0], size[1], size[2]});
-  const double light[3] = {center[0] + 0.7 * width, center[1] + 0.5 * size[1] + 2 * width, center[2] + 0.3 * width};
+  const double light[3] = {center[0] + 0.7 * width, center[1] + 0.5 * size[1] + 1.5 * width, center[2] + 0.3 * width};
   const auto side = static_cast<size_t>(std::sqrt(static_cast<double>(samples)));
 
   std::vector<Segment> segments;
   for (size_t p = 0; p < points; ++p) {
-    const double point[3] = {center[0] + (4 * uniform() - 2) * width, mesh.box_min[1] - 0.01 * size[1],
-                             center[2] + (4 * uniform() - 2) * width};
+    const double point[3] = {center[0] + (2 * uniform() - 1.5) * width, mesh.box_min[1] - 0.01 * size[1],
+                             center[2] + (2 * uniform() - 1) * width};
     for (size_t s = 0; s < samples; ++s) {
       const double u = (static_cast<double>(s % side) + uniform()) / static_cast<double>(side);
       const double v = (static_cast<double>(s / side % side) + uniform()) / static_cast<double>(side);

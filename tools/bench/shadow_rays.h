@@ -9,8 +9,9 @@
 namespace vcd {
 
 // Segments from ground points to points of a square light above, `samples` of each ground point one after the other,
-// stratified over the light. The ground lies just below the padded box and reaches two boxes to each side; the light
-// hangs two boxes above, to one side, and is 0.6 of the box wide. All coordinates in the object's frame, y up.
+// stratified over the light. The ground lies just below the padded box and reaches half a box
+// from its middle to one side and one and a half to the other, where the shadow falls; the light hangs one and a half boxes above, to the first side,
+// and is 0.6 of the box wide. A box is as wide as the longest side. All coordinates in the object's frame, y up.
 std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t samples, uint64_t seed);
 
 }  // namespace vcd

@@ -35,7 +35,7 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
 
 struct IngestLimits {
   double seconds = 60;                      // wall time of the child process
-  uint64_t memory_bytes = uint64_t{8} << 30;  // address space of the child process; not applied under ASan
+  uint64_t memory_bytes = uint64_t{8} << 30;  // address space beyond what the caller has mapped; not applied under ASan
 };
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
