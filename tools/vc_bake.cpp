@@ -63,11 +63,19 @@ Result<BakedFile> bake_file(const Options& options, const fs::path& input) {
   sidecar.provenance = {{"baker", "vc-bake " VCD_VERSION},
                         {"parts", options.ingest.treat_all_as_opaque ? "all, as opaque" : "opaque"},
                         {"source", input.filename().string()}};
+  const bool only_one = ingested->meshes.size() == 1;
   for (SourceMesh& mesh : ingested->meshes) {
     auto baked = bake_one(options, input, std::move(mesh));
+    const bool unusable = !baked && (baked.error().code == ErrorCode::invalid_file || baked.error().code == ErrorCode::unsupported);
+    if (unusable && !only_one) {  // no area, no box: the file's other meshes are none the worse
+      file.notes.push_back(baked.error().message + "; left out");
+      continue;
+    }
     if (!baked) return baked.error();
     file.objects.push_back(std::move(*baked));
   }
+  if (file.objects.empty()) return Error{ErrorCode::invalid_file, input.string() + ": none of its meshes can be baked"};
+  sidecar.stop = interrupted;
   for (const BakedObject& object : file.objects) sidecar.objects.push_back(object.to_write());
   auto written = write_sidecar(file.output, sidecar);
   if (!written) return written.error();
@@ -105,17 +113,31 @@ void print_summary(const fs::path& input, const BakedFile& file) {
   }
 }
 
+// Empty, or why the outputs cannot all be written: two into one file, or one over a mesh.
+std::string check_outputs(const Options& options) {
+  std::error_code ignored;
+  std::set<fs::path> inputs, outputs;
+  for (const std::string& input : options.inputs) inputs.insert(fs::weakly_canonical(input, ignored));
+  for (const std::string& input : options.inputs) {
+    const fs::path output = output_of(options, input);
+    if (!outputs.insert(fs::weakly_canonical(output, ignored)).second)
+      return input + ": another input would be written to " + output.string() + " too";
+    if (inputs.contains(fs::weakly_canonical(output, ignored))) return output.string() + ": is a mesh to bake, and would be replaced by a sidecar";
+    const fs::path folder = output.has_parent_path() ? output.parent_path() : fs::path(".");
+    if (!fs::is_directory(folder, ignored)) return output.string() + ": its folder does not exist";
+  }
+  return {};
+}
+
 int run(const Options& options) {
   if (options.inputs.size() > 1 && !options.output.empty() && !fs::is_directory(options.output)) {
     print_error(options.output + ": not a folder; with several inputs -o names the folder of the sidecars");
     return exit_code(ErrorCode::usage);
   }
-  std::set<fs::path> outputs;
-  for (const std::string& input : options.inputs)
-    if (!outputs.insert(output_of(options, input)).second) {
-      print_error(input + ": another input would be written to " + output_of(options, input).string() + " too");
-      return exit_code(ErrorCode::usage);
-    }
+  if (const std::string fault = check_outputs(options); !fault.empty()) {
+    print_error(fault);
+    return exit_code(ErrorCode::usage);
+  }
   catch_interruptions();
   std::vector<int> codes;
   Json all = Json::array();
@@ -156,7 +178,8 @@ int main(int argc, char** argv) {
   app.add_option("-s,--samples", options.bake.samples, "Rays a cell: 16, 81 or 256 (default: 256)")
       ->check(CLI::IsMember({16, 81, 256}));
   app.add_option("--seed", options.bake.seed, "Seed of the sample rays (default: 0)");
-  app.add_option("-j,--threads", options.bake.threads, "Threads; 0: all (default). The result does not depend on it");
+  app.add_option("-j,--threads", options.bake.threads, "Threads; 0: all (default). The result does not depend on it")
+      ->check(CLI::Range(0, 1024));
   const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
   app.add_option("--storage", options.storage, "raw: to be mapped and rendered from (default); ship: compressed")
       ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))

@@ -4,7 +4,6 @@
 #include <embree3/rtcore.h>
 
 #include <vcd/baker/audit.h>
-#include <vcd/baker/ingest.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/baker/tracer.h>
 #include <vcd/runtime/embree.h>
@@ -14,6 +13,7 @@
 #include "bench/shadow_rays.h"
 #include "bench/timing.h"
 #include "common/describe.h"
+#include "common/meshes.h"
 #include "common/program.h"
 
 namespace {
@@ -34,16 +34,15 @@ struct Loaded {
   Tracer tracer;
 };
 
-Result<Loaded> load(const std::string& path, const std::array<uint8_t, 16>* hash) {
-  auto ingested = ingest_isolated(path);
-  if (!ingested) return ingested.error();
-  for (SourceMesh& source : ingested->meshes) {
-    auto mesh = prepare(std::move(source));
-    if (!mesh) return Error{mesh.error().code, path + ": " + mesh.error().message};
-    if (hash && mesh->geometry_hash != *hash) continue;
-    auto tracer = Tracer::build(mesh->positions, mesh->triangles, TraceMode::fast);
+// The mesh with that hash, or the first.
+Result<Loaded> load(const std::string& path, const SidecarContents* contents, const std::array<uint8_t, 16>* hash) {
+  auto meshes = load_meshes(path, contents);
+  if (!meshes) return meshes.error();
+  for (PreparedMesh& mesh : *meshes) {
+    if (hash && mesh.geometry_hash != *hash) continue;
+    auto tracer = Tracer::build(mesh.positions, mesh.triangles, TraceMode::fast);
     if (!tracer) return tracer.error();
-    return Loaded{std::move(*mesh), std::move(*tracer)};
+    return Loaded{std::move(mesh), std::move(*tracer)};
   }
   return Error{ErrorCode::stale, path + ": none of its meshes has the sidecar's geometry hash"};
 }
@@ -149,7 +148,7 @@ int run_segments(const Options& options) {
   if (options.object >= sidecar->object_count())
     return print_error(options.sidecar + ": it has no such object"), exit_code(ErrorCode::usage);
   const Object object = sidecar->object(options.object);
-  const auto loaded = load(options.mesh, &object.record().geometry_hash);
+  const auto loaded = load(options.mesh, &sidecar->contents(), &object.record().geometry_hash);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
 
   const RTCScene scene = loaded->tracer.scene();
@@ -170,7 +169,7 @@ int run_segments(const Options& options) {
 }
 
 int run_bake_rate(const Options& options) {
-  const auto loaded = load(options.mesh, nullptr);
+  const auto loaded = load(options.mesh, nullptr, nullptr);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
   const auto rate = measure_bake_rate(loaded->mesh, options.bake_rate, options.repetitions);
   if (!rate) return print_error(rate.error().message), exit_code(rate.error().code);

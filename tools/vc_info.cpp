@@ -1,6 +1,7 @@
 // vc-info: shows what sidecars hold, and turns one storage into the other.
 #include <cstdio>
 
+#include <vcd/format/contents.h>
 #include <vcd/format/writer.h>
 #include <vcd/runtime/sidecar.h>
 
@@ -44,7 +45,7 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
   }
   for (const auto& [key, value] : contents.provenance)
-    std::printf("%s: %s\n", std::string(key).c_str(), printable(value).c_str());
+    std::printf("%s: %s\n", printable(key).c_str(), printable(value).c_str());
   if (!sections) return;
   std::printf("%-5s %6s %-7s %12s %12s %12s  %-16s\n", "type", "object", "storage", "offset", "stored", "logical",
               "logical XXH3");
@@ -60,8 +61,11 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
 
 Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& options) {
   const SidecarContents& contents = sidecar.contents();
+  if (contents.header->version_minor > kVersionMinor)  // its reserved fields may mean something, and would get lost
+    return Error{ErrorCode::unsupported, options.files[0] + ": of a later minor version than this program can write"};
   SidecarToWrite out;
   out.storage = options.storage;
+  out.stop = interrupted;
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
     out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry});
@@ -83,6 +87,7 @@ int run(const Options& options) {
     print_error("--repack takes one sidecar at a time");
     return exit_code(ErrorCode::usage);
   }
+  catch_interruptions();
   std::vector<int> codes;
   Json all = Json::array();
   for (const std::string& path : options.files) {

@@ -1,14 +1,14 @@
 // vc-verify: is a sidecar well-formed, does it belong to the mesh, and does it keep its promises?
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
-#include <map>
 
 #include <vcd/baker/audit.h>
-#include <vcd/baker/bake.h>
-#include <vcd/baker/ingest.h>
 #include <vcd/format/file_bytes.h>
 
 #include "common/audit_report.h"
 #include "common/describe.h"
+#include "common/meshes.h"
 #include "common/program.h"
 
 namespace {
@@ -51,31 +51,25 @@ double allowed_wrong(const ObjectRecord& record) {
   }
 }
 
-Result<PreparedMeshes> prepare_all(std::vector<SourceMesh>&& sources, const std::string& path) {
-  PreparedMeshes meshes;
-  for (SourceMesh& source : sources) {
-    auto mesh = prepare(std::move(source));
-    if (!mesh) return Error{mesh.error().code, path + ": " + mesh.error().message};
-    meshes.push_back(std::move(*mesh));
+// What the record says of the mesh and only the mesh can tell: its counts, and the padding of the box.
+std::string fault_against(const ObjectRecord& record, const PreparedMesh& mesh) {
+  if (record.triangle_count != mesh.triangles.size() || record.vertex_count != mesh.positions.size())
+    return "its triangle and vertex counts are not the mesh's";
+  double extent[3], low[3], high[3];
+  for (int a = 0; a < 3; ++a) {
+    extent[a] = static_cast<double>(record.box_max[a]) - record.box_min[a];
+    low[a] = high[a] = mesh.positions[0][a];
+    for (const Position& p : mesh.positions) {
+      low[a] = std::min(low[a], static_cast<double>(p[a]));
+      high[a] = std::max(high[a], static_cast<double>(p[a]));
+    }
   }
-  return meshes;
-}
-
-Result<PreparedMeshes> load_mesh(const std::string& path, const SidecarContents& contents) {
-  IngestOptions ingest;
-  for (const auto& [key, value] : contents.provenance)
-    if (key == "parts") ingest.treat_all_as_opaque = value != "opaque";
-  auto ingested = ingest_isolated(path, ingest);
-  if (!ingested) return ingested.error();
-  return prepare_all(std::move(ingested->meshes), path);
-}
-
-Result<PreparedMeshes> embedded_mesh(const std::string& path, const ObjectContents& object) {
-  auto source = decode_geometry(object.geometry);
-  if (!source) return Error{ErrorCode::invalid_file, path + ": embedded geometry: " + source.error().message};
-  std::vector<SourceMesh> sources;
-  sources.push_back(std::move(*source));
-  return prepare_all(std::move(sources), path + ": embedded geometry");
+  const double diagonal = std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
+  for (int a = 0; a < 3; ++a) {
+    const double margin = std::min(low[a] - record.box_min[a], record.box_max[a] - high[a]);
+    if (margin < extent[a] * 0x1p-11 || extent[a] < diagonal * 1e-3) return "its box is not padded as it must be";
+  }
+  return {};
 }
 
 void audit_object(const Options& options, const std::string& name, const ObjectContents& object,
@@ -118,32 +112,39 @@ void replay(const Options& options, const std::string& name, const ObjectContent
 void check_against_mesh(const Options& options, const std::string& path, const SidecarContents& contents,
                         Outcome& outcome) {
   Result<PreparedMeshes> given = PreparedMeshes{};
-  if (!options.against.empty()) given = load_mesh(options.against, contents);
+  if (!options.against.empty()) given = load_meshes(options.against, &contents);
   if (!given) return outcome.fail(given.error().code, given.error().message);
   for (size_t i = 0; i < contents.objects.size(); ++i) {
     const ObjectContents& object = contents.objects[i];
     Json& json = outcome.json["objects"][i];
     json["name"] = object.name;
     const std::string name = path + ": object " + std::to_string(i) + " " + printable(object.name);
-    if (options.against.empty() && object.geometry.empty()) continue;
-    Result<PreparedMeshes> meshes = PreparedMeshes{};
-    if (!object.geometry.empty()) meshes = embedded_mesh(path, object);
-    if (!meshes) {
-      outcome.fail(meshes.error().code, meshes.error().message);
+    if (options.against.empty() && object.geometry.empty()) {
+      if (!options.segment.empty() || options.max_wrong >= 0)
+        outcome.fail(ErrorCode::usage, name + ": no geometry is embedded; --segment and --max-wrong need --against MESH");
       continue;
     }
-    const auto has_hash = [&](const PreparedMesh& mesh) { return mesh.geometry_hash == object.record->geometry_hash; };
-    if (!meshes->empty() && !has_hash(meshes->front())) {
-      outcome.fail(ErrorCode::invalid_file, name + ": the embedded geometry is not the mesh it was baked from");
-      continue;
+    PreparedMeshes embedded;
+    if (!object.geometry.empty()) {
+      auto mesh = embedded_mesh(path, object);
+      if (!mesh || mesh->geometry_hash != object.record->geometry_hash) {
+        outcome.fail(ErrorCode::invalid_file, mesh ? name + ": the embedded geometry is not the mesh it was baked from"
+                                                   : mesh.error().message);
+        continue;
+      }
+      embedded.push_back(std::move(*mesh));
     }
-    const PreparedMeshes& candidates = options.against.empty() ? *meshes : *given;
-    const auto found = std::find_if(candidates.begin(), candidates.end(), has_hash);
+    const PreparedMeshes& candidates = options.against.empty() ? embedded : *given;
+    const auto found = std::find_if(candidates.begin(), candidates.end(), [&](const PreparedMesh& mesh) {
+      return mesh.geometry_hash == object.record->geometry_hash;
+    });
     if (found == candidates.end()) {
       outcome.fail(ErrorCode::stale, name + ": stale: no mesh of " + options.against + " has its geometry hash " +
                                          hex(object.record->geometry_hash));
       continue;
     }
+    if (const std::string fault = fault_against(*object.record, *found); !fault.empty())
+      outcome.fail(ErrorCode::invalid_file, name + ": " + fault);
     if (options.segment.empty()) {
       audit_object(options, name, object, *found, outcome, json);
     } else {
@@ -168,9 +169,7 @@ Outcome verify(const Options& options, const std::string& path) {
         outcome.text += path + ": " + describe(finding) + "\n";
         continue;
       }
-      const bool unsupported =
-          finding.id == FindingId::unsupported_version || finding.id == FindingId::unknown_critical;
-      outcome.fail(unsupported ? ErrorCode::unsupported : ErrorCode::invalid_file, path + ": " + describe(finding));
+      outcome.fail(error_code(finding.id), path + ": " + describe(finding));
     }
     if (contents) check_against_mesh(options, path, *contents, outcome);
   }
@@ -222,7 +221,8 @@ int main(int argc, char** argv) {
                "belongs to the mesh, and its answers against traced rays."};
   app.add_option("files", options.files, "Sidecars; @FILE: a list of them")->type_name("SIDECAR...");
   app.add_option("--against", options.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
-  app.add_option("--lines", options.audit.lines, "Fresh lines to trace, of each kind (default: 1000000)");
+  app.add_option("--lines", options.audit.lines, "Fresh lines to trace of each undirected kind, half as many of the others (default: 1000000)")
+      ->check(CLI::Range(2, 1000000000));
   app.add_option("--seed", options.audit.seed, "Seed of the fresh lines (default: 1)");
   app.add_option("--keep", options.audit.keep, "Contradictions to print, at most (default: 10)");
   app.add_option("--max-wrong", options.max_wrong,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <tbb/parallel_for.h>
 
@@ -18,7 +19,32 @@ struct Batch {
   std::vector<Contradiction> contradictions;
 };
 
-Batch run_batch(const PreparedMesh& mesh, const GridFrame& frame, const TreeView& tree, const Tracer& tracer,
+// Embree loses hits on meshes of 1e-14 or 1e17 units. The mesh times a power of two is the same mesh, without rounding.
+struct ScaledTracer {
+  float scale;
+  Tracer tracer;
+
+  static Result<ScaledTracer> build(const PreparedMesh& mesh) {
+    float largest = 0;
+    for (int a = 0; a < 3; ++a) largest = std::max(largest, mesh.box_max[a] - mesh.box_min[a]);
+    const float scale = std::ldexp(1.0f, -std::ilogb(largest));
+    std::vector<Position> positions = mesh.positions;
+    for (Position& p : positions)
+      for (float& x : p) x *= scale;
+    auto tracer = Tracer::build(positions, mesh.triangles);
+    if (!tracer) return tracer.error();
+    return ScaledTracer{scale, std::move(*tracer)};
+  }
+  bool occluded(Segment segment) const {
+    for (int a = 0; a < 3; ++a) {
+      segment.origin[a] *= scale;
+      segment.direction[a] *= scale;
+    }
+    return tracer.occluded(segment);
+  }
+};
+
+Batch run_batch(const PreparedMesh& mesh, const GridFrame& frame, const TreeView& tree, const ScaledTracer& tracer,
                 AuditKind kind, uint64_t seed, uint64_t count) {
   Batch batch;
   AuditLines lines(mesh, kind, seed);
@@ -46,7 +72,7 @@ const char* audit_kind_name(AuditKind kind) {
 Result<AuditReport> audit(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                           const AuditOptions& options) {
   // Traced in the object's own frame, as a renderer would: the mapping to the grid is under test too.
-  const auto tracer = Tracer::build(mesh.positions, mesh.triangles);
+  const auto tracer = ScaledTracer::build(mesh);
   if (!tracer) return tracer.error();
   const GridFrame frame = make_grid_frame(record.box_min, record.box_max);
 
@@ -82,7 +108,7 @@ std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, ui
 }
 
 Result<bool> trace_segment(const PreparedMesh& mesh, const Segment& segment) {
-  const auto tracer = Tracer::build(mesh.positions, mesh.triangles);
+  const auto tracer = ScaledTracer::build(mesh);
   if (!tracer) return tracer.error();
   return tracer->occluded(segment);
 }

@@ -98,6 +98,7 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
 }  // namespace
 
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
+  threads = std::min(threads, 1024u);
   if (threads == 0) threads = static_cast<unsigned>(tbb::info::default_concurrency());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   return tbb::task_arena(static_cast<int>(threads)).execute([&] { return build(source, threads, progress); });

@@ -7,6 +7,7 @@
 #include <draco/mesh/mesh.h>
 
 #include "ingest/draco_mesh.h"
+#include "ingest/isolate.h"
 
 namespace vcd {
 
@@ -41,6 +42,18 @@ Result<SourceMesh> decode_geometry(Bytes bytes) {
   mesh.positions = std::move(decoded->positions);
   mesh.triangles = std::move(decoded->triangles);
   return mesh;
+}
+
+Result<SourceMesh> decode_geometry_isolated(Bytes draco, const std::string& name) {
+  auto decoded = run_isolated(name, {}, [&]() -> Result<Ingested> {
+    auto mesh = decode_geometry(draco);
+    if (!mesh) return Error{mesh.error().code, name + ": " + mesh.error().message};
+    Ingested ingested;
+    ingested.meshes.push_back(std::move(*mesh));
+    return ingested;
+  });
+  if (!decoded) return decoded.error();
+  return std::move(decoded->meshes.front());
 }
 
 }  // namespace vcd

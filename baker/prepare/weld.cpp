@@ -1,8 +1,7 @@
 #include "weld.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numeric>
+#include <array>
 #include <utility>
 
 namespace vcd {
@@ -10,10 +9,22 @@ namespace {
 
 constexpr uint32_t kUnused = 0xFFFFFFFF;
 
-// x * y == z * w, exactly: the product and its rounding error must both agree.
-bool equal_products(double x, double y, double z, double w) {
-  const double p = x * y, q = z * w;
-  return p == q && std::fma(x, y, -p) == std::fma(z, w, -q);
+// Whether six doubles sum to exactly zero, by error-free transformation (Shewchuk 1997, grow-expansion).
+bool sums_to_zero(const std::array<double, 6>& terms) {
+  double parts[6];
+  int count = 0;
+  for (double carry : terms) {
+    int kept = 0;
+    for (int i = 0; i < count; ++i) {
+      const double sum = carry + parts[i], virtual_part = sum - carry;
+      const double error = (carry - (sum - virtual_part)) + (parts[i] - virtual_part);
+      if (error != 0) parts[kept++] = error;
+      carry = sum;
+    }
+    if (carry != 0) parts[kept++] = carry;
+    count = kept;
+  }
+  return count == 0;
 }
 
 // old index → index among the sorted unique positions; kUnused for positions that no triangle uses.
@@ -44,14 +55,14 @@ TriangleIndices smallest_first(TriangleIndices t) {
 
 }  // namespace
 
-bool has_zero_area(const Position& a, const Position& b, const Position& c) {
-  double e[3], f[3];
-  for (int i = 0; i < 3; ++i) {
-    e[i] = static_cast<double>(b[i]) - a[i];
-    f[i] = static_cast<double>(c[i]) - a[i];
-  }
-  return equal_products(e[1], f[2], e[2], f[1]) && equal_products(e[2], f[0], e[0], f[2]) &&
-         equal_products(e[0], f[1], e[1], f[0]);
+bool has_zero_area(const Position& p, const Position& q, const Position& r) {
+  // Products of two floats are exact in double. Twice the area of each projection, written without differences.
+  const auto flat = [&](int i, int j) {
+    const auto product = [](float x, float y) { return static_cast<double>(x) * y; };
+    return sums_to_zero({product(p[i], q[j]), -product(p[j], q[i]), product(q[i], r[j]), -product(q[j], r[i]),
+                         product(r[i], p[j]), -product(r[j], p[i])});
+  };
+  return flat(1, 2) && flat(2, 0) && flat(0, 1);
 }
 
 void weld(SourceMesh&& source, PreparedMesh& mesh) {

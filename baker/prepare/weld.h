@@ -8,7 +8,7 @@ namespace vcd {
 // Fills in positions, triangles and the counts of dropped triangles.
 void weld(SourceMesh&& source, PreparedMesh& mesh);
 
-// True if the three points lie exactly on one line, decided without rounding (for differences that a double holds).
+// True if the three points lie on one line in exact arithmetic.
 bool has_zero_area(const Position& a, const Position& b, const Position& c);
 
 }  // namespace vcd

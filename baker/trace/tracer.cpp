@@ -76,6 +76,7 @@ uint32_t Tracer::occluded(RTCRay16& rays, uint32_t count, bool coherent) const {
 }
 
 bool Tracer::occluded(const Segment& segment) const {
+  if (!(segment.t_min < segment.t_max)) return false;
   RTCIntersectContext context = make_context(false);
   RTCRay ray{};
   ray.org_x = segment.origin[0], ray.org_y = segment.origin[1], ray.org_z = segment.origin[2];
@@ -83,6 +84,11 @@ bool Tracer::occluded(const Segment& segment) const {
   ray.tnear = segment.t_min;
   ray.tfar = segment.t_max;
   ray.mask = 0xFFFFFFFF;
+  if (segment.t_min < 0) {  // Embree wants tnear ≥ 0: begin at the segment's own beginning
+    ray.org_x += segment.t_min * ray.dir_x, ray.org_y += segment.t_min * ray.dir_y, ray.org_z += segment.t_min * ray.dir_z;
+    ray.tnear = 0;
+    ray.tfar = segment.t_max - segment.t_min;
+  }
   rtcOccluded1(scene(), &context, &ray);
   return ray.tfar < 0;
 }

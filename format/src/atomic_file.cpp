@@ -17,10 +17,14 @@ AtomicFile::AtomicFile(std::filesystem::path path) : path_(std::move(path)) {
     const auto target = std::filesystem::weakly_canonical(path_, ignored);
     if (!ignored) path_ = target;
   }
+  if (std::filesystem::exists(path_, ignored) && !std::filesystem::is_regular_file(path_, ignored)) {
+    failure_ = path_.string() + ": cannot be replaced: not a regular file";
+    return;
+  }
   // open() rather than mkstemp(), so that the file gets the permissions that the user's umask asks for.
   std::random_device random;
   do {
-    temporary_ = path_.string() + ".tmp-" + std::to_string(random());
+    temporary_ = (path_.parent_path() / (".vcd-tmp-" + std::to_string(random()))).string();
     descriptor_ = open(temporary_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   } while (descriptor_ < 0 && errno == EEXIST);
   if (descriptor_ < 0) {

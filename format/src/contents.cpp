@@ -80,6 +80,7 @@ class Reader {
   bool check_object(uint32_t index, uint64_t at, uint64_t& names_end);
   bool check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_t at);
   bool read_trees();
+  bool check_unknown_sections();
   bool read_tree(uint32_t index);
   bool check_pool(const uint32_t* words, uint64_t words_a_block, uint64_t count, uint64_t below, uint64_t at);
   void read_provenance();
@@ -88,6 +89,7 @@ class Reader {
   CheckLevel level_;
   std::vector<Finding>& findings_;
   SidecarContents contents_;
+  uint64_t inflated_total_ = 0;
   const SectionEntry* objects_entry_ = nullptr;
   const SectionEntry* names_entry_ = nullptr;
   const SectionEntry* provenance_entry_ = nullptr;
@@ -217,7 +219,12 @@ bool Reader::check_sizes(const SectionEntry& e, uint64_t at, const std::string& 
            report(FindingId::section_size, at, sizes);
   if (e.logical_size > largest_logical_size(e.stored_size))
     return report(FindingId::section_size, at, sizes + ", more than a frame of that size may claim");
-  if (ZSTD_getFrameContentSize(file_.data() + e.offset, e.stored_size) != e.logical_size)
+  inflated_total_ += e.logical_size;
+  if (inflated_total_ > largest_logical_total(file_.size()))
+    return report(FindingId::section_size, at, sizes + ", with those before more than a file of this size may claim");
+  const std::byte* frame = file_.data() + e.offset;
+  if (ZSTD_getFrameContentSize(frame, e.stored_size) != e.logical_size ||
+      ZSTD_findFrameCompressedSize(frame, e.stored_size) != e.stored_size)
     return report(FindingId::section_size, at, sizes + ", which the zstd frame contradicts");
   return true;
 }
@@ -306,10 +313,20 @@ bool Reader::check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_
 
 bool Reader::read_trees() {
   bool good = true;
-  for (uint32_t i = 0; i < contents_.objects.size(); ++i) {
-    if (!read_tree(i)) good = false;
+  for (uint32_t i = 0; good && i < contents_.objects.size(); ++i) good = read_tree(i);
+  return good && (!full() || check_unknown_sections());
+}
+
+// Compressed sections that nobody here reads still have to hold what their entry says.
+bool Reader::check_unknown_sections() {
+  for (const SectionEntry& e : contents_.sections) {
+    if (e.type == kSectionTree || e.storage == static_cast<uint32_t>(Storage::raw)) continue;
+    const AlignedBytes bytes = section_bytes(file_, e);
+    if (bytes.size != e.logical_size) return report(FindingId::decompression, e.offset, type_name(e.type));
+    if (checksum({bytes.data.get(), bytes.size}) != e.logical_xxh3)
+      return report(FindingId::logical_checksum, e.offset, type_name(e.type));
   }
-  return good;
+  return true;
 }
 
 // Every word of every block is below `below`; blocks 0, 1, 2 are uniform.
@@ -368,6 +385,8 @@ bool Reader::read_tree(uint32_t index) {
   if (!full() || !good) return good;
 
   const TreeStatistics s = measure_tree(tree);
+  if (r.depth == 1 && s.mixed_groups > 0)
+    return report(FindingId::tree_depth, e.offset, std::to_string(s.mixed_groups) + " groups of sixteen cells differ");
   if (s.reserved_cells > 0)
     return report(FindingId::tree_class, e.offset, std::to_string(s.reserved_cells) + " cells");
   if (s.unreferenced_blocks > 0)

@@ -45,7 +45,7 @@ FileBytes::~FileBytes() {
 }
 
 Result<FileBytes> FileBytes::map(const std::filesystem::path& path) {
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.fd < 0) return system_error(path, "cannot open");
   struct stat status {};
   if (fstat(file.fd, &status) != 0) return system_error(path, "cannot read its size");
@@ -61,7 +61,7 @@ Result<FileBytes> FileBytes::map(const std::filesystem::path& path) {
 }
 
 Result<FileBytes> FileBytes::copy(const std::filesystem::path& path) {
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC)};
+  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)};
   if (file.fd < 0) return system_error(path, "cannot open");
   struct stat status {};
   if (fstat(file.fd, &status) != 0) return system_error(path, "cannot read its size");

@@ -24,6 +24,11 @@ std::string describe(const Finding& finding) {
   return text + " [" + info.spec_section + "]";
 }
 
+ErrorCode error_code(FindingId id) {
+  const bool future = id == FindingId::unsupported_version || id == FindingId::unknown_critical;
+  return future ? ErrorCode::unsupported : ErrorCode::invalid_file;
+}
+
 bool has_error(std::span<const Finding> findings) {
   return std::any_of(findings.begin(), findings.end(),
                      [](const Finding& f) { return finding_info(f.id).severity == Severity::error; });

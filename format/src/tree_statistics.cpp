@@ -139,6 +139,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
   for (uint64_t i = 0; i < tree.brick_count; ++i) {
     bricks[i] = summarize_brick(tree.bricks + i * kBrickBytes, result.reserved_cells);
     groups += i >= kUniformBlocks && bricks[i].mixed_groups > 0;
+    result.mixed_groups += bricks[i].mixed_groups;
   }
   std::vector<bool> brick_seen(tree.brick_count);
   const auto node_of_brick = [&](uint32_t index) {

@@ -1,7 +1,8 @@
 #include <vcd/format/writer.h>
 
 #include <algorithm>
-#include <cstring>
+#include <exception>
+#include <memory>
 
 #include <zstd.h>
 
@@ -38,39 +39,48 @@ std::vector<std::byte> encode_provenance(const std::map<std::string, std::string
   return out;
 }
 
-// One zstd frame with its content size. Empty on failure.
-std::vector<std::byte> compress(std::span<const Bytes> pieces, uint64_t logical_size, int level) {
+// One zstd frame with its content size. Empty on failure, or when stopped.
+std::vector<std::byte> compress(std::span<const Bytes> pieces, uint64_t logical_size, int level,
+                                const std::function<bool()>& stop) {
   const std::unique_ptr<ZSTD_CCtx, decltype(&ZSTD_freeCCtx)> context(ZSTD_createCCtx(), ZSTD_freeCCtx);
   ZSTD_CCtx_setParameter(context.get(), ZSTD_c_compressionLevel, level);
   ZSTD_CCtx_setPledgedSrcSize(context.get(), logical_size);
   std::vector<std::byte> out(ZSTD_compressBound(logical_size));
   ZSTD_outBuffer output{out.data(), out.size(), 0};
   size_t left = 0;
-  for (size_t i = 0; i < pieces.size(); ++i) {
-    ZSTD_inBuffer input{pieces[i].data(), pieces[i].size(), 0};
-    const bool last = i + 1 == pieces.size();
-    do {
-      left = ZSTD_compressStream2(context.get(), &output, &input, last ? ZSTD_e_end : ZSTD_e_continue);
-      if (ZSTD_isError(left)) return {};
-    } while (last ? left != 0 : input.pos < input.size);
+  for (Bytes piece : pieces) {
+    while (!piece.empty()) {
+      if (stop && stop()) return {};
+      ZSTD_inBuffer input{piece.data(), std::min(piece.size(), size_t{1} << 20), 0};
+      if (ZSTD_isError(ZSTD_compressStream2(context.get(), &output, &input, ZSTD_e_continue))) return {};
+      piece = piece.subspan(input.pos);
+    }
   }
+  ZSTD_inBuffer nothing{nullptr, 0, 0};
+  do {
+    left = ZSTD_compressStream2(context.get(), &output, &nothing, ZSTD_e_end);
+    if (ZSTD_isError(left)) return {};
+  } while (left != 0);
   out.resize(output.pos);
   out.shrink_to_fit();
   return out;
 }
 
-// Decides raw or zstd for one section and fills in its sizes and checksums.
-void store(Section& section, Storage storage, int level) {
+// Decides raw or zstd for one section and fills in its sizes and checksums. `budget` is what zstd sections may still
+// claim (spec: Section table).
+void store(Section& section, const SidecarToWrite& contents, uint64_t& budget) {
   SectionEntry& e = section.entry;
   e.logical_size = 0;
   for (Bytes piece : section.pieces) e.logical_size += piece.size();
   e.logical_xxh3 = checksum(section.pieces);
   const bool compressible = e.type != kSectionObjects && e.type != kSectionNames && e.type != kSectionProvenance &&
                             e.type != kSectionGeometry;
-  if (storage == Storage::zstd && compressible && e.logical_size > 0) {
-    section.compressed = compress(section.pieces, e.logical_size, level);
+  if (contents.storage == Storage::zstd && compressible && e.logical_size > 0) {
+    section.compressed = compress(section.pieces, e.logical_size, contents.zstd_level, contents.stop);
     const uint64_t size = section.compressed.size();
-    if (size > 0 && size < e.logical_size && e.logical_size <= largest_logical_size(size)) {
+    budget += largest_logical_total(size) - largest_logical_total(0);
+    if (size > 0 && size < e.logical_size && e.logical_size <= largest_logical_size(size) && e.logical_size <= budget) {
+      budget -= e.logical_size;
       e.storage = static_cast<uint32_t>(Storage::zstd);
       e.alignment = kSmallAlignment;
       e.stored_size = size;
@@ -80,7 +90,7 @@ void store(Section& section, Storage storage, int level) {
     section.compressed.clear();
   }
   e.storage = static_cast<uint32_t>(Storage::raw);
-  e.alignment = e.type == kSectionTree ? kPageAlignment : kSmallAlignment;
+  e.alignment = e.type == kSectionTree ? kPageAlignment : std::max(e.alignment, kSmallAlignment);
   e.stored_size = e.logical_size;
   e.stored_xxh3 = e.logical_xxh3;
 }
@@ -103,7 +113,7 @@ std::vector<Bytes> tree_pieces(const TreeView& tree) {
           piece(tree.bricks, tree.brick_count * kBrickBytes)};
 }
 
-Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) {
+Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) try {
   std::string names;
   std::vector<ObjectRecord> records;
   for (const ObjectToWrite& object : contents.objects) {
@@ -127,15 +137,19 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
     records[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections.size());
     if (!object.geometry.empty()) sections.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
   }
-  for (const OptionalSection& other : contents.others)
+  for (const OptionalSection& other : contents.others) {
     sections.push_back(make_section(other.entry.type, other.entry.flags, other.entry.object, {other.logical}));
+    sections.back().entry.alignment = other.entry.alignment;
+  }
 
+  uint64_t budget = largest_logical_total(0);
   AtomicFile file(path);
   uint64_t end = sizeof(FileHeader) + sections.size() * sizeof(SectionEntry);
   file.append_zeros(end);
   std::vector<SectionEntry> table;
   for (Section& section : sections) {
-    store(section, contents.storage, contents.zstd_level);
+    if (contents.stop && contents.stop()) return Error{ErrorCode::runtime, path.string() + ": stopped"};
+    store(section, contents, budget);
     SectionEntry& e = section.entry;
     e.offset = (end + e.alignment - 1) / e.alignment * e.alignment;
     file.append_zeros(e.offset - end);
@@ -159,7 +173,10 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   header.header_xxh3 = checksum(bytes_of(header).first(offsetof(FileHeader, header_xxh3)));
   file.overwrite(0, bytes_of(header));
   file.overwrite(sizeof header, std::as_bytes(std::span(table)));
+  if (contents.stop && contents.stop()) return Error{ErrorCode::runtime, path.string() + ": stopped"};
   return file.commit();
+} catch (const std::exception& e) {  // out of memory, no random numbers for a temporary name
+  return Error{ErrorCode::runtime, path.string() + ": cannot write: " + e.what()};
 }
 
 }  // namespace vcd

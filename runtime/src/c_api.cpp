@@ -1,6 +1,7 @@
 #include <cstring>
 #include <new>
 #include <string>
+#include <vector>
 
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
@@ -77,21 +78,25 @@ const char* vcd_result_string(vcd_result result) {
   return "unknown result";
 }
 
-vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error) {
+vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error) try {
   if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
   *sidecar = nullptr;
   if (!path || !usable(options)) return fail(error, VCD_ERROR_USAGE, "path is null, or options->size is not set");
   return finish(vcd::Sidecar::open(path, translate(options)), sidecar, error);
+} catch (...) {
+  return VCD_ERROR_RUNTIME;
 }
 
 vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options* options, const vcd_sidecar** sidecar,
-                           vcd_error* error) {
+                           vcd_error* error) try {
   if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
   *sidecar = nullptr;
   if ((!data && size) || !usable(options))
     return fail(error, VCD_ERROR_USAGE, "data is null, or options->size is not set");
   const vcd::Bytes bytes(static_cast<const std::byte*>(data), size);
   return finish(vcd::Sidecar::open_buffer(bytes, translate(options).check), sidecar, error);
+} catch (...) {
+  return VCD_ERROR_RUNTIME;
 }
 
 void vcd_close(const vcd_sidecar* sidecar) { delete sidecar; }

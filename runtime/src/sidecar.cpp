@@ -4,6 +4,7 @@
 #include <new>
 #include <vector>
 
+#include <vcd/format/contents.h>
 #include <vcd/format/file_bytes.h>
 #include <vcd/format/tree.h>
 
@@ -50,9 +51,7 @@ void choose_kernels(ObjectData& data, std::integer_sequence<uint32_t, kDepths...
 Error first_error(const std::string& name, std::span<const Finding> findings) {
   for (const Finding& finding : findings) {
     if (finding_info(finding.id).severity != Severity::error) continue;
-    const bool unsupported =
-        finding.id == FindingId::unsupported_version || finding.id == FindingId::unknown_critical;
-    return {unsupported ? ErrorCode::unsupported : ErrorCode::invalid_file, name + ": " + describe(finding)};
+    return {error_code(finding.id), name + ": " + describe(finding)};
   }
   return {ErrorCode::invalid_file, name + ": not a valid sidecar"};
 }

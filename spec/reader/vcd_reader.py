@@ -462,7 +462,7 @@ def line_to_cell(record, origin, direction):
     q = [f32(d * k) for d, k in zip(direction, record.scale)]
     distance = f32(f32(abs(p[0]) + abs(p[1])) + abs(p[2]))                                                   # 3
     length = f32(f32(abs(q[0]) + abs(q[1])) + abs(q[2]))
-    if not (distance <= 2.0 ** 18 and 2.0 ** -40 <= length <= 2.0 ** 100):
+    if not (distance <= 2.0 ** 17 and 2.0 ** -40 <= length <= 2.0 ** 100):
         return None
     near, far = [], []
     for a in range(3):

@@ -190,6 +190,28 @@ TEST(Audit, FindsAWrongCell) {
     EXPECT_NE(*trace_segment(mesh, c.segment), c.promised == Visibility::blocked);
 }
 
+TEST(Audit, DoesNotDependOnTheMeshsScale) {
+  for (int exponent : {-90, -40, 0, 40, 90}) {
+    SourceMesh mesh = sphere();
+    for (Position& p : mesh.positions)
+      for (float& x : p) x = std::ldexp(x, exponent);
+    const PreparedMesh prepared = *prepare(SourceMesh(mesh));
+    const BakedObject baked = must_bake(mesh, quick(3, 81));
+    AuditOptions options;
+    options.lines = 20000;
+    const auto report = audit(prepared, baked.record, baked.tree(), options);
+    EXPECT_GT(report->counts[0].answered[1], 3000u) << exponent;
+    EXPECT_LT(report->counts[0].wrong[0] + report->counts[0].wrong[1], 100u) << exponent;
+  }
+}
+
+TEST(Tracer, TakesNegativeAndEmptyIntervals) {
+  const PreparedMesh mesh = *prepare(cube());
+  EXPECT_TRUE(*trace_segment(mesh, {{0.5f, 0.4f, 2}, -1, {0, 0, 2}, 0}));
+  EXPECT_FALSE(*trace_segment(mesh, {{0.5f, 0.4f, 2}, -0.4f, {0, 0, 2}, -0.1f}));
+  EXPECT_FALSE(*trace_segment(mesh, {{0.5f, 0.4f, -1}, 1, {0, 0, 3}, 0}));
+}
+
 TEST(Audit, BoundsARate) {
   EXPECT_NEAR(upper_bound_95(0, 1000000), 2.9957e-6, 1e-9);   // ln 20
   EXPECT_NEAR(upper_bound_95(10, 1000), 16.962e-3, 1e-5);     // half the chi-square quantile of 22 degrees

@@ -1,6 +1,7 @@
 #include <vcd/baker/prepare.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -70,6 +71,10 @@ TEST(Prepare, KeepsSliversThatHaveAnArea) {
   EXPECT_TRUE(has_zero_area({1e-20f, 0, 0}, {2e-20f, 0, 0}, {3e-20f, 0, 0}));
   EXPECT_FALSE(has_zero_area({0, 0, 0}, {1, 1, 1}, {3, 3, std::nextafter(3.0f, 4.0f)}));
   EXPECT_FALSE(has_zero_area({1, 1, 1}, {1 + 0x1p-23f, 1, 1}, {1, 1 + 0x1p-23f, 1}));
+  // Far apart in size: whatever the order of the corners.
+  const Position a = {0, 0, 0}, b = {1e-20f, 0, 0}, c = {1, 1, 0};
+  for (const auto& [p, q, r] : {std::array{a, b, c}, {b, c, a}, {c, a, b}, {b, a, c}, {a, c, b}, {c, b, a}})
+    EXPECT_FALSE(has_zero_area(p, q, r));
   // Products that agree to 53 bits and differ beyond.
   EXPECT_FALSE(has_zero_area({0, 0, 0}, {0x1.000002p0f, 0x1.000002p24f, 0}, {0x1.000004p0f, 0x1.000004p24f + 2, 0}));
 }

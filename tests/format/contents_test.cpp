@@ -197,7 +197,7 @@ TEST_F(Contents, EveryFindingIsFound) {
     EXPECT_TRUE(found(findings, damage.expected)) << finding_info(damage.expected).id << (findings.empty() ? "" : ", but: " + describe(findings[0]));
     seen.insert(damage.expected);
   }
-  // Two that only compressed sections can have.
+  // Two that only compressed sections can have; tree-depth has a test of its own.
   Sidecar broken{*shipped_};
   broken.bytes[broken.section(kSectionTree).offset + broken.section(kSectionTree).stored_size - 2] ^= std::byte{0xFF};
   broken.seal();
@@ -209,7 +209,85 @@ TEST_F(Contents, EveryFindingIsFound) {
       XXH3_64bits(lying.bytes.data() + 64, lying.header().section_count * sizeof(SectionEntry));
   lying.header().header_xxh3 = XXH3_64bits(lying.bytes.data(), 56);
   EXPECT_TRUE(found(findings_of(lying.bytes), FindingId::logical_checksum));
-  EXPECT_EQ(seen.size() + 2, all_findings().size()) << "a finding of the table has no test";
+  EXPECT_EQ(seen.size() + 3, all_findings().size()) << "a finding of the table has no test";
+}
+
+// The blocks of deep trees: depth 6 has 16-way blocks, 7 has 256-way ones, 8 has both.
+TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
+  for (const char* name : {"depth6.vcd", "depth7.vcd", "depth8.vcd"}) {
+    const Buffer file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name);
+    std::vector<Finding> none;
+    const auto contents = read_sidecar(file, CheckLevel::full, none);
+    ASSERT_TRUE(contents.has_value()) << name;
+    const TreeView& good = contents->objects[0].tree;
+    const auto findings_with = [&](uint64_t word, uint32_t value, CheckLevel level) {
+      std::vector<uint32_t> tree;
+      for (Bytes piece : tree_pieces(good)) {
+        const auto* words = reinterpret_cast<const uint32_t*>(piece.data());
+        tree.insert(tree.end(), words, words + piece.size() / 4);
+      }
+      tree[word] = value;
+      SidecarToWrite damaged;
+      damaged.objects.push_back({"damaged", *contents->objects[0].record, {std::as_bytes(std::span(tree))}, {}});
+      const TemporaryFolder folder;
+      EXPECT_TRUE(write_sidecar(folder / "damaged.vcd", damaged).ok());
+      return findings_of(read_file(folder / "damaged.vcd"), level);
+    };
+    const uint64_t first256 = good.shape.top_bytes() / 4, first16 = first256 + good.block256_count * kBlock256Words;
+    for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {
+      if (good.shape.has_blocks16) {
+        EXPECT_TRUE(found(findings_with(first16 + 3 * 16 + 5, static_cast<uint32_t>(good.brick_count), level), FindingId::tree_index));
+        EXPECT_TRUE(found(findings_with(first16 + 16, 2, level), FindingId::tree_uniform));
+      }
+      if (good.shape.has_blocks256) {
+        const uint64_t below = good.shape.has_blocks16 ? good.block16_count : good.brick_count;
+        EXPECT_TRUE(found(findings_with(first256 + 3 * 256 + 5, static_cast<uint32_t>(below), level), FindingId::tree_index));
+        EXPECT_TRUE(found(findings_with(first256 + 256, 2, level), FindingId::tree_uniform));
+      }
+    }
+  }
+}
+
+TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
+  // An empty second frame in the padding's place: the section grows by it, and everything else is sealed to fit.
+  Sidecar file{*shipped_};
+  SectionEntry& e = file.section(kSectionGeometry);  // the last section
+  const uint8_t empty[] = {0x28, 0xB5, 0x2F, 0xFD, 0x20, 0x00, 0x01, 0x00, 0x00};
+  Buffer frame(ZSTD_compressBound(64));
+  const std::string text(64, 'x');
+  frame.resize(ZSTD_compress(frame.data(), frame.size(), text.data(), text.size(), 1));
+  for (bool trailing : {false, true}) {
+    Sidecar copy = file;
+    Buffer stored = frame;
+    if (trailing) stored.insert(stored.end(), reinterpret_cast<const std::byte*>(empty), reinterpret_cast<const std::byte*>(empty) + sizeof empty);
+    copy.bytes.resize(e.offset);
+    copy.bytes.insert(copy.bytes.end(), stored.begin(), stored.end());
+    SectionEntry& moved = copy.section(kSectionGeometry);
+    moved.type = section_type("NEWS");
+    moved.object = kNone;
+    moved.storage = 1;
+    moved.stored_size = stored.size();
+    moved.logical_size = text.size();
+    moved.logical_xxh3 = XXH3_64bits(text.data(), text.size());
+    copy.object(2).geometry_section = kNone;
+    copy.header().file_size = copy.bytes.size();
+    copy.seal();
+    const auto findings = findings_of(copy.bytes);
+    EXPECT_EQ(found(findings, FindingId::section_size), trailing) << (findings.empty() ? "" : describe(findings[0]));
+    EXPECT_EQ(findings.empty(), !trailing);
+    // The content of an unknown compressed section is checked too.
+    copy.section(section_type("NEWS")).logical_xxh3 ^= 1;
+    copy.header().section_table_xxh3 = XXH3_64bits(copy.bytes.data() + 64, copy.header().section_count * sizeof(SectionEntry));
+    copy.header().header_xxh3 = XXH3_64bits(copy.bytes.data(), 56);
+    EXPECT_FALSE(findings_of(copy.bytes).empty());
+  }
+}
+
+TEST_F(Contents, RefusesUnequalCellsInATreeOfDepthOne) {
+  Sidecar file{*small_};
+  file.object().depth = 1;
+  file.seal();
+  EXPECT_TRUE(found(findings_of(file.bytes), FindingId::tree_depth));
 }
 
 TEST_F(Contents, RefusesAZstdBomb) {

@@ -18,7 +18,7 @@ inline LineCell reference_locate(const float box_min[3], const float box_max[3],
   const float distance = (std::fabs(p[0]) + std::fabs(p[1])) + std::fabs(p[2]);
   const float length = (std::fabs(q[0]) + std::fabs(q[1])) + std::fabs(q[2]);
   LineCell cell{};
-  cell.valid = distance <= 0x1p18f && length >= 0x1p-40f && length <= 0x1p100f;
+  cell.valid = distance <= 0x1p17f && length >= 0x1p-40f && length <= 0x1p100f;
   for (int a = 0; a < 3; ++a) {
     const float size = std::fabs(q[a]) > 0x1p-100f ? std::fabs(q[a]) : 0x1p-100f;
     q[a] = std::signbit(q[a]) ? -size : size;

@@ -1,10 +1,12 @@
 """The programs as their users meet them: exit codes, messages, files written and not written."""
+import base64
 import json
 import os
 import pathlib
 import random
 import shutil
 import signal
+import struct
 import subprocess
 import tempfile
 import time
@@ -86,6 +88,30 @@ class Bake(Case):
         self.assertEqual(sorted(p.name for p in (self.folder / "out").iterdir()), ["other.obj.vcd", "tetrahedron.obj.vcd"])
         self.run_program("vc-bake", mesh, other, "-o", self.folder / "nowhere", code=1)
 
+    def test_never_replaces_a_mesh_or_a_device(self):
+        mesh, other = self.mesh(), self.mesh("other.obj")
+        self.run_program("vc-bake", mesh, "-o", mesh, code=1)
+        self.run_program("vc-bake", other, "-o", self.folder / "." / "other.obj", code=1)
+        os.mkfifo(self.folder / "fifo")
+        self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "fifo", code=2)
+        self.assertEqual(mesh.read_text(), TETRAHEDRON)
+        self.run_program("vc-info", self.folder / "fifo", code=2)
+
+    def test_a_mesh_without_area_does_not_spoil_the_others(self):
+        positions = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0)
+        indices = struct.pack("<6H", 0, 1, 2, 0, 1, 3)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(positions + indices).decode()
+        view = lambda offset, size: {"buffer": 0, "byteOffset": offset, "byteLength": size}
+        accessor = lambda v, offset, kind, n, shape: {"bufferView": v, "byteOffset": offset, "componentType": kind, "count": n, "type": shape}
+        document = {"asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": 60}],
+                    "bufferViews": [view(0, 48), view(48, 12)],
+                    "accessors": [accessor(0, 0, 5126, 4, "VEC3"), accessor(1, 0, 5123, 3, "SCALAR"), accessor(1, 6, 5123, 3, "SCALAR")],
+                    "meshes": [{"name": n, "primitives": [{"attributes": {"POSITION": 0}, "indices": i}]} for n, i in (("good", 1), ("flat", 2))]}
+        mesh = self.mesh("two.gltf", json.dumps(document))
+        done = self.run_program("vc-bake", mesh, *SMALL)
+        self.assertIn("flat", done.stderr)
+        self.run_program("vc-verify", f"{mesh}.vcd", "--against", mesh, "--lines", 1000)
+
     def test_two_inputs_for_one_output_are_refused(self):
         (self.folder / "a").mkdir()
         (self.folder / "out").mkdir()
@@ -128,7 +154,7 @@ class Bake(Case):
             self.run_program("vc-verify", os.fsdecode(path) + ".vcd", "--against", os.fsdecode(path), "--lines", 1000)
 
     def test_unwritable_output(self):
-        done = self.run_program("vc-bake", self.mesh(), *SMALL, "-o", self.folder / "absent" / "x.vcd", code=2)
+        done = self.run_program("vc-bake", self.mesh(), *SMALL, "-o", self.folder / "absent" / "x.vcd", code=1)
         self.assertIn("absent/x.vcd", done.stderr)
         self.assertEqual(self.files(), ["tetrahedron.obj"])
 

@@ -223,7 +223,7 @@ def exact_line(box, origin, direction):
     for a in (p, q):
         partial = round32(abs(a[0]) + abs(a[1]))
         sums.append(None if partial is None else round32(partial + abs(a[2])))
-    if None in sums or sums[0] > 2 ** 18 or not Fraction(1, 2 ** 40) <= sums[1] <= 2 ** 100:
+    if None in sums or sums[0] > 2 ** 17 or not Fraction(1, 2 ** 40) <= sums[1] <= 2 ** 100:
         return None
     q = [max(abs(x), Fraction(1, 2 ** 100)) * (-1 if n else 1) for x, n in zip(q, negative)]
     r = [round32(1 / x) for x in q]

@@ -1,6 +1,7 @@
 // classify_file SIDECAR OBJECT SEGMENTS OUT: 32-byte segments in, one byte of answer each out, through the runtime.
 #include <cstdio>
 #include <cstdlib>
+#include <vector>
 
 #include <vcd/format/file_bytes.h>
 #include <vcd/runtime/sidecar.h>

@@ -69,7 +69,10 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
     return app.exit(e) == 0 ? kExitOk : exit_code(ErrorCode::usage);
   }
   try {
-    return body();
+    const int code = body();
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
+    print_error("cannot write to standard output");
+    return exit_code(ErrorCode::io);
   } catch (const std::bad_alloc&) {
     print_error("out of memory");
   } catch (const std::exception& e) {

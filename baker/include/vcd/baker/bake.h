@@ -62,7 +62,9 @@ Result<BakedObject> bake(SourceMesh&& mesh, const BakeOptions& options);
 // mesh. Empty on failure.
 std::vector<std::byte> encode_geometry(const PreparedMesh& mesh);
 
-// The mesh of a GEOM section.
+// The mesh of a GEOM section. Draco is not safe on hostile bytes: for those of a stranger there is the second function,
+// which decodes in a child process with limits; `name` says in messages what the bytes are.
 Result<SourceMesh> decode_geometry(Bytes draco);
+Result<SourceMesh> decode_geometry_isolated(Bytes draco, const std::string& name);
 
 }  // namespace vcd

@@ -4,24 +4,16 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <vcd/format/bytes.h>
 #include <vcd/format/findings.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/tree.h>
 
 namespace vcd {
-
-using Bytes = std::span<const std::byte>;
-
-// How much of the file is read before it is trusted.
-enum class CheckLevel {
-  bounds,  // header, tables, and every index: queries are memory-safe; the bricks' bytes are not read
-  full,    // and every checksum, padding byte, class and count: what vc-verify reports
-};
 
 struct AlignedBytes {  // 64-byte aligned heap memory
   struct Free {
@@ -49,7 +41,7 @@ struct SidecarContents {
 
 // Reads a whole sidecar.
 //
-// Safe on any bytes: every count is bounded by the bytes behind it before it is used, and memory use is at most
+// Throws nothing but std::bad_alloc. Safe on any bytes: every count is bounded by the bytes behind it before it is used, and memory use is at most
 // a small multiple of the sizes that largest_logical_size() allows for the file. Returns the contents when no error
 // was found; what was found, warnings too, is appended to `findings` in the order of the bytes. At most one finding
 // of a kind is reported per section or object.

@@ -1,5 +1,6 @@
 // How vcd reports what went wrong: a code that is also the process exit code, and a message that names the
-// file, the place and the reason. No exception leaves format or runtime.
+// file, the place and the reason. Apart from std::bad_alloc where a comment says so,
+// no exception leaves format or runtime.
 #pragma once
 
 #include <string>

@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include <vcd/format/contents.h>
+#include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
 
 namespace vcd {

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include <vcd/format/error.h>
+
 namespace vcd {
 
 enum class Severity : uint8_t { warning, error };
@@ -57,6 +59,7 @@ enum class Severity : uint8_t { warning, error };
     "TREE section")                                                                                                   \
   X(tree_index, "tree-index", error, "an index points past the end of its pool", "TREE section")                      \
   X(tree_spare, "tree-spare", error, "the spare slot or the padding after the top table is not zero", "TREE section") \
+  X(tree_depth, "tree-depth", error, "cells of a tree of depth 1 differ inside a cell of level 1", "TREE section")       \
   X(tree_class, "tree-class", error, "a cell holds the reserved class 3", "TREE section")                             \
   X(tree_unreferenced, "tree-unreferenced", error, "a block is stored that nothing refers to", "TREE section")        \
   X(tree_duplicate, "tree-duplicate", error, "a block is stored twice", "TREE section")                               \
@@ -86,6 +89,9 @@ struct Finding {
 
 // "error tree-index at byte 4096: an index points past the end of its pool (…) [TREE section]"
 std::string describe(const Finding& finding);
+
+// unsupported for versions and sections of the future, else invalid_file.
+ErrorCode error_code(FindingId id);
 
 bool has_error(std::span<const Finding> findings);
 

@@ -63,8 +63,10 @@ static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, logical_xxh3)
 inline constexpr uint32_t kSmallAlignment = 8;
 inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which are mapped and used in place
 
-// A zstd section may claim at most this many logical bytes, so that a small file cannot ask for a large allocation.
+// What zstd sections may claim, so that a small file cannot ask for a large allocation: each by itself, and all of a
+// file together.
 constexpr uint64_t largest_logical_size(uint64_t stored_size) { return (uint64_t{1} << 20) + 256 * stored_size; }
+constexpr uint64_t largest_logical_total(uint64_t file_size) { return (uint64_t{64} << 20) + 256 * file_size; }
 
 enum class Method : uint8_t { sampled = 1 };
 

@@ -57,7 +57,7 @@ inline float to_grid(const GridFrame& frame, int axis, float x) { return (x - fr
 inline bool usable_extent(float extent) { return extent >= 0x1p-100f && extent <= 0x1p100f; }
 
 // Limits of a line, in the L1 norm of grid units: beyond them rounding could leave the padding of the box.
-inline constexpr float kFarthestOrigin = 0x1p18f;      // 1024 boxes
+inline constexpr float kFarthestOrigin = 0x1p17f;      // 512 boxes
 inline constexpr float kShortestDirection = 0x1p-40f;
 inline constexpr float kLongestDirection = 0x1p100f;
 inline constexpr float kSmallestComponent = 0x1p-100f;  // smaller direction components, zero too, count as this

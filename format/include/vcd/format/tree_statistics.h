@@ -15,12 +15,13 @@ struct TreeStatistics {
   uint64_t nodes_shared = 0;        // words left when, moreover, equal groups of sixteen children of a level are one
   uint64_t unreferenced_blocks = 0; // blocks that nothing refers to, of all pools, the uniform ones not counted
   uint64_t duplicate_blocks = 0;    // blocks that are equal to another one of their pool
+  uint64_t mixed_groups = 0;        // groups of sixteen cells of bricks (not weighted) that differ
   uint64_t reserved_cells = 0;      // cells of bricks (not weighted) that hold the reserved class 3
 
   bool operator==(const TreeStatistics&) const = default;
 };
 
-// Every index of the tree must be in range. Allocates about a tenth of the tree's size. The paper's node is a 32-bit
+// Every index of the tree must be in range. Allocates about a quarter of the tree's size. The paper's node is a 32-bit
 // word; 15 of the words are the roots.
 TreeStatistics measure_tree(const TreeView& tree);
 

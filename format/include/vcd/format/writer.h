@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -28,6 +29,7 @@ struct SidecarToWrite {
   std::vector<OptionalSection> others;
   Storage storage = Storage::raw;  // zstd: compress what gains by it, align sections to 8 bytes; to ship, not to render
   int zstd_level = 19;
+  std::function<bool()> stop;  // asked now and then; true ends the writing with an error and no file
 };
 
 // The TREE section's logical bytes of a tree in memory, in pieces that point into it. tree.top must have

@@ -19,7 +19,7 @@ inline Segment segment_of(const RTCRay& ray) {
   return {{ray.org_x, ray.org_y, ray.org_z}, ray.tnear, {ray.dir_x, ray.dir_y, ray.dir_z}, ray.tfar};
 }
 
-// Like rtcOccluded1: a blocked ray's tfar becomes -infinity, another one's is left alone. Returns true if the ray had
+// Like rtcOccluded1 (tnear must not be negative): a blocked ray's tfar becomes -infinity, another one's is left alone. Returns true if the ray had
 // to be traced. Masks, filters and time of the ray apply only where it is traced: ask the scene directly for rays
 // that must not see all of the mesh.
 #if RTC_VERSION_MAJOR >= 4

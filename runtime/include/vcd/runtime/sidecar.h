@@ -15,16 +15,19 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 
-#include <vcd/format/contents.h>
+#include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
+#include <vcd/format/layout.h>
 #include <vcd/format/segment.h>
 
 namespace vcd {
 
-struct ObjectData;  // private: what a query needs, in one place
+struct ObjectData;       // private: what a query needs, in one place
+struct SidecarContents;  // <vcd/format/contents.h>
 
 // One object of an open sidecar: a pointer, to be passed by value. Valid as long as its Sidecar lives (moving the
 // Sidecar is fine). All coordinates are in the object's own frame, before any instance transform.
