@@ -26,7 +26,8 @@ class Case(unittest.TestCase):
         self.addCleanup(self.holder.cleanup)
 
     def run_program(self, program, *arguments, code=0, **options):
-        done = subprocess.run([BIN / program, *map(str, arguments)], capture_output=True, text=True, timeout=600, **options)
+        done = subprocess.run([BIN / program, *map(str, arguments)], capture_output=True, text=True, timeout=600,
+                              errors="surrogateescape", **options)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done
 
