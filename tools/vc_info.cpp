@@ -71,9 +71,7 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
     out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry});
   std::vector<AlignedBytes> kept;
   for (const SectionEntry& section : contents.sections) {
-    if (section.type == kSectionObjects || section.type == kSectionNames || section.type == kSectionProvenance ||
-        section.type == kSectionTree || section.type == kSectionGeometry)
-      continue;
+    if (is_known_section(section.type)) continue;
     kept.push_back(section_bytes(file, section));
     if (kept.back().size != section.logical_size)
       return Error{ErrorCode::invalid_file, options.files[0] + ": a section cannot be decompressed"};

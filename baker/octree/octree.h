@@ -17,8 +17,8 @@ struct Octree {
   uint64_t rays = 0;
 };
 
-// threads: 0 for all. Nothing if source.stop stopped it. Memory beside the tree itself: a few megabytes, and a hash table
-// of at most a quarter of its size.
+// threads: 0 for all. Nothing if source.stop stopped it. Memory: up to three times the tree's while its arrays grow,
+// and a hash table of at most a quarter of it.
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress);
 
 }  // namespace vcd

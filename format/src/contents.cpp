@@ -28,21 +28,6 @@ AlignedBytes allocate(uint64_t size) {
   return bytes;
 }
 
-std::string type_name(uint32_t type) {
-  std::string name;
-  for (int i = 0; i < 4; ++i) {
-    const char c = static_cast<char>(type >> (8 * i));
-    if (c > 32 && c < 127) {
-      name += c;
-    } else {
-      char hex[8];
-      std::snprintf(hex, sizeof hex, "\\x%02X", static_cast<unsigned>(type >> (8 * i) & 255));
-      name += hex;
-    }
-  }
-  return name;
-}
-
 template <class T>
 bool all_zero(const T& bytes) {
   return std::all_of(std::begin(bytes), std::end(bytes), [](auto b) { return b == decltype(b){}; });
@@ -148,7 +133,7 @@ bool Reader::read_section_table() {
 bool Reader::check_section(uint32_t index, uint64_t& end) {
   const SectionEntry& e = contents_.sections[index];
   const uint64_t at = entry_offset(index);
-  const std::string name = "section " + std::to_string(index) + ", " + type_name(e.type);
+  const std::string name = "section " + std::to_string(index) + ", " + section_type_name(e.type);
   bool good = check_reserved(&e.reserved, sizeof e.reserved, at + offsetof(SectionEntry, reserved), "section entry");
   if (e.alignment != kSmallAlignment && e.alignment != kPageAlignment)
     return report(FindingId::section_alignment, at, name);
@@ -169,7 +154,7 @@ bool Reader::check_section(uint32_t index, uint64_t& end) {
 
 // Type, flags, owner, storage and alignment.
 bool Reader::check_kind(const SectionEntry& e, uint64_t at) {
-  const std::string name = type_name(e.type);
+  const std::string name = section_type_name(e.type);
   const bool known_storage = e.storage <= static_cast<uint32_t>(Storage::zstd);
   const bool is_raw = e.storage == static_cast<uint32_t>(Storage::raw);
   if (!known_storage) return report(FindingId::section_storage, at, name + ": storage " + std::to_string(e.storage));
@@ -302,8 +287,7 @@ bool Reader::check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_
     return report(FindingId::object_section, at + offsetof(ObjectRecord, tree_section), name);
   if (r.geometry_section != kNone && !owned(r.geometry_section, kSectionGeometry))
     return report(FindingId::object_section, at + offsetof(ObjectRecord, geometry_section), name);
-  const uint64_t size = tree_shape(r.depth).top_bytes() + r.block256_count * kBlock256Words * 4 +
-                        r.block16_count * kBlock16Words * 4 + r.brick_count * kBrickBytes;
+  const uint64_t size = tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
   if (contents_.sections[r.tree_section].logical_size != size)
     return report(FindingId::object_counts, at + offsetof(ObjectRecord, block256_count),
                   name + ": its pools need " + std::to_string(size) + " bytes");
@@ -322,9 +306,9 @@ bool Reader::check_unknown_sections() {
   for (const SectionEntry& e : contents_.sections) {
     if (e.type == kSectionTree || e.storage == static_cast<uint32_t>(Storage::raw)) continue;
     const AlignedBytes bytes = section_bytes(file_, e);
-    if (bytes.size != e.logical_size) return report(FindingId::decompression, e.offset, type_name(e.type));
+    if (bytes.size != e.logical_size) return report(FindingId::decompression, e.offset, section_type_name(e.type));
     if (checksum({bytes.data.get(), bytes.size}) != e.logical_xxh3)
-      return report(FindingId::logical_checksum, e.offset, type_name(e.type));
+      return report(FindingId::logical_checksum, e.offset, section_type_name(e.type));
   }
   return true;
 }
@@ -428,6 +412,21 @@ void Reader::read_provenance() {
 }
 
 }  // namespace
+
+std::string section_type_name(uint32_t type) {
+  std::string name;
+  for (int i = 0; i < 4; ++i) {
+    const char c = static_cast<char>(type >> (8 * i));
+    if (c > 32 && c < 127) {
+      name += c;
+    } else {
+      char hex[8];
+      std::snprintf(hex, sizeof hex, "\\x%02X", static_cast<unsigned>(type >> (8 * i) & 255));
+      name += hex;
+    }
+  }
+  return name;
+}
 
 std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::vector<Finding>& findings) {
   return Reader(file, level, findings).read();

@@ -73,8 +73,7 @@ void store(Section& section, const SidecarToWrite& contents, uint64_t& budget) {
   e.logical_size = 0;
   for (Bytes piece : section.pieces) e.logical_size += piece.size();
   e.logical_xxh3 = checksum(section.pieces);
-  const bool compressible = e.type != kSectionObjects && e.type != kSectionNames && e.type != kSectionProvenance &&
-                            e.type != kSectionGeometry;
+  const bool compressible = e.type == kSectionTree || !is_known_section(e.type);
   if (contents.storage == Storage::zstd && compressible && e.logical_size > 0) {
     section.compressed = compress(section.pieces, e.logical_size, contents.zstd_level, contents.stop);
     const uint64_t size = section.compressed.size();

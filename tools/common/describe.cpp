@@ -39,15 +39,6 @@ std::string printable(std::string_view name) {
 
 namespace {
 
-std::string type_name(uint32_t type) {
-  std::string name;
-  for (int i = 0; i < 4; ++i) {
-    const char c = static_cast<char>(type >> (8 * i));
-    name += c > 32 && c < 127 ? c : '?';
-  }
-  return name;
-}
-
 double share(const ObjectRecord& r, int which) {
   const uint64_t all = r.cells[0] + r.cells[1] + r.cells[2];
   return all ? static_cast<double>(r.cells[which]) / static_cast<double>(all) : 0;
@@ -79,7 +70,7 @@ Json describe_object(const ObjectContents& object) {
 
 Json describe_section(const SectionEntry& s) {
   Json json;
-  json["type"] = type_name(s.type);
+  json["type"] = section_type_name(s.type);
   json["critical"] = (s.flags & kSectionCritical) != 0;
   json["object"] = s.object == kNone ? Json(nullptr) : Json(s.object);
   json["storage"] = s.storage == static_cast<uint32_t>(Storage::raw) ? "raw" : "zstd";
@@ -120,8 +111,7 @@ std::string object_summary(const ObjectRecord& r) {
                 readable_bytes(4 * r.nodes_unfolded).c_str(), readable_bytes(4 * r.nodes_folded).c_str(),
                 readable_bytes(4 * r.nodes_shared).c_str());
   out += line;
-  const uint64_t bytes = tree_shape(r.depth).top_bytes() + r.block256_count * kBlock256Words * 4 +
-                         r.block16_count * kBlock16Words * 4 + r.brick_count * kBrickBytes;
+  const uint64_t bytes = tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
   std::snprintf(line, sizeof line, "  tree      %s: %llu bricks, %llu 16-way and %llu 256-way blocks\n",
                 readable_bytes(bytes).c_str(), static_cast<unsigned long long>(r.brick_count),
                 static_cast<unsigned long long>(r.block16_count), static_cast<unsigned long long>(r.block256_count));

@@ -50,6 +50,9 @@ struct SidecarContents {
 //           (a page-aligned map always is) and copied otherwise
 std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::vector<Finding>& findings);
 
+// "TREE"; bytes that are no letters as \xNN.
+std::string section_type_name(uint32_t type);
+
 // The logical bytes of one section (decompressed if need be) after read_sidecar has accepted the file.
 // Empty when out of memory.
 AlignedBytes section_bytes(Bytes file, const SectionEntry& section);

@@ -40,6 +40,11 @@ inline constexpr uint32_t kSectionProvenance = section_type("PROV");  // optiona
 inline constexpr uint32_t kSectionTree = section_type("TREE");        // critical, one an object
 inline constexpr uint32_t kSectionGeometry = section_type("GEOM");    // optional, at most one an object: Draco bytes
 
+constexpr bool is_known_section(uint32_t type) {
+  return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
+         type == kSectionGeometry;
+}
+
 inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
 inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section
 

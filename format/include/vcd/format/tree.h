@@ -13,6 +13,10 @@ namespace vcd {
 inline constexpr uint32_t kMinDepth = 1;
 inline constexpr uint32_t kMaxDepth = 8;
 
+inline constexpr size_t kBrickBytes = 64;       // 256 cells × 2 bits
+inline constexpr size_t kBlock16Words = 16;     // 64 bytes
+inline constexpr size_t kBlock256Words = 256;   // 1024 bytes
+
 // How many levels each part of the tree resolves, for an object of the given depth (1 … 8).
 // Depth 1 is stored as depth 2 with every cell repeated, so a brick always holds two levels.
 struct TreeShape {
@@ -23,6 +27,9 @@ struct TreeShape {
 
   constexpr uint32_t top_words() const { return kFacePairs << (4 * top_levels); }  // without the spare slot
   constexpr uint64_t top_bytes() const { return ((uint64_t{top_words()} + 1) * 4 + 63) & ~uint64_t{63}; }
+  constexpr uint64_t bytes(uint64_t block256_count, uint64_t block16_count, uint64_t brick_count) const {
+    return top_bytes() + block256_count * kBlock256Words * 4 + block16_count * kBlock16Words * 4 + brick_count * kBrickBytes;
+  }
   constexpr uint64_t cells() const { return uint64_t{kFacePairs} << (4 * levels); }
 };
 constexpr TreeShape tree_shape(uint32_t depth) {
@@ -31,15 +38,11 @@ constexpr TreeShape tree_shape(uint32_t depth) {
   return {levels, top, levels >= 7, levels == 6 || levels == 8};
 }
 
-inline constexpr size_t kBrickBytes = 64;       // 256 cells × 2 bits
-inline constexpr size_t kBlock16Words = 16;     // 64 bytes
-inline constexpr size_t kBlock256Words = 256;   // 1024 bytes
-
 // Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
 inline constexpr uint32_t kUniformBlocks = 3;
 
 // A tree in place. Every word of top is an index into the next pool that the shape has, every word of that pool into
-// the next, and the last into bricks. All pointers are 64-byte aligned.
+// the next, and the last into bricks. In a file all arrays are 64-byte aligned, so that a brick is one cache line.
 struct TreeView {
   TreeShape shape{};
   const uint32_t* top = nullptr;        // top_words() words, and one spare word that is 0: lines that miss the box
