@@ -153,17 +153,19 @@ int run_segments(const Options& options) {
 
   const RTCScene scene = loaded->tracer.scene();
   const auto shadow = compare(object, scene, shadow_rays(loaded->mesh, options.points, 128, 7), options.repetitions);
+  const auto bundles = compare(object, scene, piercing_bundles(loaded->mesh, options.points / 32 + 1, 128, 7), options.repetitions);
   const auto chords = compare(object, scene, audit_segments(loaded->mesh, AuditKind::chords, 7, options.points * 128),
                               options.repetitions);
   if (options.common.format == OutputFormat::json) {
     print_json({{"tool", "vc-bench"}, {"version", VCD_VERSION}, {"machine", machine_description()},
                 {"repetitions", options.repetitions}, {"sidecar", options.sidecar}, {"mesh", options.mesh},
-                {"shadow_rays", describe(shadow)}, {"chords", describe(chords)}});
+                {"shadow_rays", describe(shadow)}, {"bundles", describe(bundles)}, {"chords", describe(chords)}});
     return kExitOk;
   }
   std::printf("%s, one thread, %d interleaved repetitions: medians (minimum to maximum)\n",
               machine_description().c_str(), options.repetitions);
   print("shadow rays (ground points to 128 samples of a square light)", shadow);
+  print("bundles of 128 that pierce the box", bundles);
   print("scattered lines (isotropic, in random order)", chords);
   return kExitOk;
 }

@@ -38,4 +38,36 @@ std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t
   return segments;
 }
 
+std::vector<Segment> piercing_bundles(const PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed) {
+  std::mt19937_64 random(seed);
+  const auto uniform = [&] { return std::generate_canonical<double, 53>(random); };
+  double low[3], size[3];
+  for (int a = 0; a < 3; ++a) {
+    low[a] = mesh.box_min[a];
+    size[a] = static_cast<double>(mesh.box_max[a]) - mesh.box_min[a];
+  }
+  const double width = std::max({size[0], size[1], size[2]});
+  std::vector<Segment> segments;
+  for (size_t b = 0; b < bundles; ++b) {
+    const double z = 2 * uniform() - 1, phi = 6.283185307179586 * uniform(), r = std::sqrt(1 - z * z);
+    const double away[3] = {3 * width * r * std::cos(phi), 3 * width * r * std::sin(phi), 3 * width * z};
+    double center[3], origin[3];
+    for (int a = 0; a < 3; ++a) {
+      center[a] = low[a] + size[a] * (0.1 + 0.8 * uniform());
+      origin[a] = low[a] + size[a] / 2 + away[a];
+    }
+    for (size_t s = 0; s < samples; ++s) {
+      Segment segment{};
+      for (int a = 0; a < 3; ++a) {
+        const double target = center[a] + 0.1 * size[a] * (uniform() - 0.5);
+        segment.origin[a] = static_cast<float>(origin[a]);
+        segment.direction[a] = static_cast<float>(3 * (target - origin[a]));
+      }
+      segment.t_max = 1;
+      segments.push_back(segment);
+    }
+  }
+  return segments;
+}
+
 }  // namespace vcd

@@ -14,4 +14,8 @@ namespace vcd {
 // and is 0.6 of the box wide. A box is as wide as the longest side. All coordinates in the object's frame, y up.
 std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t samples, uint64_t seed);
 
+// Segments that all pierce the box: from points around the object, three boxes away, bundles of `samples` through a patch
+// of a tenth of the box about a random point inside, and on to the other side. Neighbours fall into neighbouring cells.
+std::vector<Segment> piercing_bundles(const PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed);
+
 }  // namespace vcd
