@@ -303,6 +303,43 @@ TEST_F(Contents, RefusesAZstdBomb) {
   EXPECT_TRUE(found(findings_of(file.bytes), FindingId::section_size));
 }
 
+TEST(ZstdBudget, HoldsForAllSectionsOfAFileTogether) {
+  // A hundred sections that claim a mebibyte each: each is allowed, all of them are not.
+  const Buffer zeros(size_t{1} << 20);
+  Buffer frame(ZSTD_compressBound(zeros.size()));
+  frame.resize(ZSTD_compress(frame.data(), frame.size(), zeros.data(), zeros.size(), 19));
+  for (uint32_t count : {60u, 100u}) {
+    Sidecar file;
+    std::vector<SectionEntry> table(2 + count);
+    uint64_t end = sizeof(FileHeader) + table.size() * sizeof(SectionEntry);
+    for (uint32_t i = 0; i < table.size(); ++i) {
+      SectionEntry& e = table[i];
+      e.type = i == 0 ? kSectionObjects : i == 1 ? kSectionNames : section_type("NEWS");
+      e.flags = i < 2 ? kSectionCritical : 0;
+      e.object = kNone;
+      e.storage = i < 2 ? 0 : 1;
+      e.alignment = kSmallAlignment;
+      e.offset = (end + 7) / 8 * 8;
+      e.stored_size = i < 2 ? 0 : frame.size();
+      e.logical_size = i < 2 ? 0 : zeros.size();
+      e.logical_xxh3 = XXH3_64bits(zeros.data(), e.logical_size);
+      end = e.offset + e.stored_size;
+    }
+    file.bytes.resize(end);
+    std::memcpy(file.bytes.data() + sizeof(FileHeader), table.data(), table.size() * sizeof(SectionEntry));
+    for (uint32_t i = 2; i < table.size(); ++i) std::copy(frame.begin(), frame.end(), file.bytes.begin() + static_cast<std::ptrdiff_t>(table[i].offset));
+    FileHeader& header = file.header();
+    header.magic = kMagic;
+    header.version_major = 1;
+    header.section_count = static_cast<uint32_t>(table.size());
+    header.file_size = end;
+    file.seal();
+    const auto findings = findings_of(file.bytes);
+    EXPECT_EQ(found(findings, FindingId::section_size), count == 100) << (findings.empty() ? "" : describe(findings[0]));
+    EXPECT_EQ(findings.empty(), count == 60);
+  }
+}
+
 TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
   Sidecar file{*small_};
   file.header().version_minor = 7;
