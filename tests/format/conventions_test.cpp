@@ -71,7 +71,7 @@ TEST_F(Conventions, S04_AnEmptyIntervalIsNeverBlocked) {
   }
 }
 
-TEST_F(Conventions, S05_ReversingNeverTurnsClearIntoBlocked) {
+TEST_F(Conventions, S05_ReversingAgreesUpToRounding) {
   auto mesh = prepare(sphere());
   for (const Segment& s : audit_segments(*mesh, AuditKind::chords, 5, 100000)) {
     Segment back = s;
