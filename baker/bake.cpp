@@ -57,6 +57,15 @@ void count_tree(const TreeView& tree, ObjectRecord& record) {
   record.nodes_shared = statistics.nodes_shared;
 }
 
+Octree blank_octree(uint32_t depth) {
+  const TreeShape shape = tree_shape(depth);
+  Subtree unclassified;
+  unclassified.bricks.assign(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)), 2u);
+  DagBuilder dag(depth);
+  for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(unclassified);
+  return {dag.take(), 0};
+}
+
 bool valid(const BakeOptions& o) {
   return o.depth >= kMinDepth && o.depth <= kMaxDepth && (o.samples == 16 || o.samples == 81 || o.samples == 256);
 }
@@ -92,7 +101,8 @@ Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
     const double fraction = static_cast<double>(done) / static_cast<double>(total);
     if (options.progress) options.progress({fraction, rays, seconds()});
   };
-  auto octree = build_octree({classifier, options.depth, options.stop}, options.threads, on_progress);
+  auto octree = options.blank ? blank_octree(options.depth)
+                              : build_octree({classifier, options.depth, options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place + ": stopped"};
 
   object.arrays_->tree = std::move(octree->tree);

@@ -35,11 +35,15 @@ uint32_t hit_mask(const float* tfar, uint32_t count) {
 }  // namespace
 
 Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
-                             TraceMode mode) {
+                             TraceMode mode, RTCDevice device) {
   Tracer tracer;
-  tracer.device_.reset(rtcNewDevice(nullptr));
-  if (!tracer.device_) return Error{ErrorCode::runtime, "Embree gives no device"};
-  RTCDevice device = tracer.device_.get();
+  if (device) {
+    rtcRetainDevice(device);
+  } else {
+    device = rtcNewDevice(nullptr);
+  }
+  tracer.device_.reset(device);
+  if (!device) return Error{ErrorCode::runtime, "Embree gives no device"};
   tracer.packet_width_ = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? 16 : 8;
   tracer.scene_.reset(rtcNewScene(device));
   if (mode == TraceMode::robust) rtcSetSceneFlags(tracer.scene(), RTC_SCENE_FLAG_ROBUST);

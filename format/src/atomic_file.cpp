@@ -1,4 +1,4 @@
-#include "atomic_file.h"
+#include <vcd/format/atomic_file.h>
 
 #include <algorithm>
 #include <cerrno>

@@ -6,7 +6,7 @@
 
 #include <zstd.h>
 
-#include "atomic_file.h"
+#include <vcd/format/atomic_file.h>
 #include "checksum.h"
 #include "utf8.h"
 

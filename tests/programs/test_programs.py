@@ -281,9 +281,60 @@ class Bench(Case):
         self.assertIn("rtcOccluded16", done.stdout)
 
 
+class Scene(Case):
+    def test_writes_each_scene_and_says_what_it_is(self):
+        counts = {"sierpinski --level 2": (64, 1, 1), "hairball --strands 5 --segments 4 --sides 3": (120, 1, 1)}
+        for command, (triangles, meshes, instances) in counts.items():
+            path = self.folder / "scene.glb"
+            done = self.run_program("vc-scene", *command.split(), "-o", path)
+            self.assertIn(f"{triangles} triangles in {meshes} mesh, {instances} instance, {path.stat().st_size} bytes", done.stdout)
+            self.assertEqual(done.stderr, "")
+            self.assertEqual(path.read_bytes()[:8], struct.pack("<4sI", b"glTF", 2))
+        self.assertEqual(self.run_program("vc-scene", "sierpinski", "--level", 1, "-q", "-o", path).stdout, "")
+        self.assertEqual(self.files(), ["scene.glb"])
+
+    def test_json_report(self):
+        path = self.folder / "forest.glb"
+        done = self.run_program("vc-scene", "forest", "--instances", 9, "--species", 4, "--leaves", 60, "--format", "json", "-o", path)
+        report = json.loads(done.stdout)
+        self.assertEqual(report["bytes"], path.stat().st_size)
+        self.assertEqual(report["instance_count"], 9)
+        self.assertEqual(len(report["meshes"]), 4)
+        self.assertEqual(report["triangle_count"], sum(m["triangle_count"] for m in report["meshes"]))
+
+    def test_same_seed_same_bytes(self):
+        def made(seed):
+            self.run_program("vc-scene", "hairball", "--strands", 20, "--seed", seed, "-q", "-o", self.folder / "hair.glb")
+            return (self.folder / "hair.glb").read_bytes()
+        self.assertEqual(made(3), made(3))
+        self.assertNotEqual(made(3), made(4))
+
+    def test_can_be_baked(self):
+        path = self.folder / "pyramid.glb"
+        self.run_program("vc-scene", "sierpinski", "--level", 2, "-q", "-o", path)
+        self.assertIn("64 triangles", self.run_program("vc-bake", path, *SMALL).stdout)
+
+    def test_too_large_is_refused_before_it_is_made(self):
+        for command in ("hairball --strands 4000000000", "forest --leaves 4000000000", "forest --instances 4000000000"):
+            started = time.monotonic()
+            done = self.run_program("vc-scene", *command.split(), "-o", self.folder / "large.glb", code=4)
+            self.assertIn("too large", done.stderr)
+            self.assertLess(time.monotonic() - started, 10)
+        self.assertEqual(self.files(), [])
+
+    def test_unwritable_output_and_wrong_usage(self):
+        done = self.run_program("vc-scene", "sierpinski", "--level", 1, "-o", self.folder / "absent" / "x.glb", code=2)
+        self.assertIn("absent/x.glb", done.stderr)
+        self.run_program("vc-scene", "-o", self.folder / "x.glb", code=1)
+        self.run_program("vc-scene", "sierpinski", code=1)
+        self.run_program("vc-scene", "sierpinski", "--level", 13, "-o", self.folder / "x.glb", code=1)
+        self.run_program("vc-scene", "hairball", "--sides", 2, "-o", self.folder / "x.glb", code=1)
+        self.assertEqual(self.files(), [])
+
+
 class EveryProgram(Case):
     def test_help_version_and_exit_codes(self):
-        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):
+        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench", "vc-scene"):
             self.assertIn("8  stale sidecar", self.run_program(program, "--help").stdout)
             self.assertRegex(self.run_program(program, "--version").stdout, r"^vcd \d+\.\d+\.\d+\n$")
             self.assertNotEqual(self.run_program(program, "--nonsense", code=1).stderr, "")

@@ -2,11 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
-#include <vcd/baker/prepare.h>
-#include <vcd/format/error.h>
-
-#include "timing.h"
+#include "common/program.h"
 
 namespace vcd {
 
@@ -16,12 +14,8 @@ struct BakeRateOptions {
   uint32_t top_cells = 200;  // random cells of level 3, each classified down to depth
 };
 
-struct BakeRate {
-  uint64_t rays = 0;       // that the classification traced
-  Timing classification;   // the baker's own recursion, one thread
-  Timing bare16;           // rtcOccluded16 on the very same rays, sixteen at a time, in the same order
-};
-
-Result<BakeRate> measure_bake_rate(const PreparedMesh& mesh, const BakeRateOptions& options, int repetitions);
+// The baker's recursion below random cells, against bare rtcOccluded16 on the very rays that it traced. Prints what it
+// measured; returns the exit code.
+int run_bake_rate(const std::string& mesh, const BakeRateOptions& options, int repetitions, OutputFormat format);
 
 }  // namespace vcd

@@ -2,10 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <fstream>
-#include <thread>
-
-#include <embree3/rtcore.h>
+#include <cstdio>
 
 namespace vcd {
 namespace {
@@ -16,13 +13,6 @@ double seconds_of(const std::function<void()>& run) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-std::string processor_name() {
-  std::ifstream cpuinfo("/proc/cpuinfo");
-  for (std::string line; std::getline(cpuinfo, line);)
-    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
-  return "unknown processor";
-}
-
 }  // namespace
 
 std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int repetitions) {
@@ -31,21 +21,19 @@ std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int r
   for (int r = 0; r < repetitions; ++r)
     for (size_t v = 0; v < variants.size(); ++v) seconds[v].push_back(seconds_of(variants[v].run));
   std::vector<Timing> timings;
-  for (size_t v = 0; v < variants.size(); ++v) {
-    std::sort(seconds[v].begin(), seconds[v].end());
-    timings.push_back({variants[v].name, seconds[v].front(), seconds[v][seconds[v].size() / 2], seconds[v].back()});
-  }
+  for (size_t v = 0; v < variants.size(); ++v) timings.push_back(summarize(variants[v].name, seconds[v]));
   return timings;
 }
 
-std::string machine_description() {
-  return processor_name() + ", " + std::to_string(std::thread::hardware_concurrency()) + " threads; " +
-#ifdef __clang__
-         "Clang " __clang_version__
-#else
-         "GCC " __VERSION__
-#endif
-         "; Embree " RTC_VERSION_STRING;
+Timing summarize(std::string name, std::vector<double> seconds) {
+  std::sort(seconds.begin(), seconds.end());
+  return {std::move(name), seconds.front(), seconds[seconds.size() / 2], seconds.back()};
+}
+
+void print_timing(const Timing& t, uint64_t segments) {
+  const double scale = 1e9 / static_cast<double>(segments);
+  std::printf("  %-40s %7.1f ns a segment (%.1f to %.1f)\n", t.name.c_str(), t.median * scale, t.minimum * scale,
+              t.maximum * scale);
 }
 
 }  // namespace vcd

@@ -1,6 +1,7 @@
 // Variants timed side by side: interleaved, so that a drift of the machine's speed falls on all alike.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -20,7 +21,10 @@ struct Timing {
 // Runs every variant once unmeasured, then all in turn, `repetitions` times.
 std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int repetitions);
 
-// "AMD EPYC, 2 threads; GCC 12.2.0; Embree 3.13.5": what figures should be read with.
-std::string machine_description();
+// seconds: at least one.
+Timing summarize(std::string name, std::vector<double> seconds);
+
+// One line on standard output: nanoseconds for each of so many segments.
+void print_timing(const Timing& timing, uint64_t segments);
 
 }  // namespace vcd

@@ -26,6 +26,8 @@ struct BakeOptions {
   uint64_t seed = 0;
   unsigned threads = 0;     // 0: all
   bool embed_geometry = false;
+  bool blank = false;       // trace nothing and leave every cell unclassified: to measure what a look-up costs where it
+                            // never helps
   std::function<void(const BakeProgress&)> progress;  // called now and then, from one thread at a time
   std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };

@@ -23,9 +23,10 @@ enum class TraceMode {
 // A committed scene of one mesh. Safe from any thread.
 class Tracer {
  public:
-  // Copies the positions; triangles must index them. Errors: runtime (out of memory).
+  // Copies the positions; triangles must index them. device: Embree's to build on (retained), null for one of its own.
+  // Errors: runtime (out of memory).
   static Result<Tracer> build(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
-                              TraceMode mode = TraceMode::robust);
+                              TraceMode mode = TraceMode::robust, RTCDevice device = nullptr);
 
   // How many rays to trace together: 16 where the processor has AVX-512, else 8 (Embree then cuts packets of sixteen up
   // again, which costs a third).

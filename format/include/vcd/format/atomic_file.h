@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string>
 
-#include <vcd/format/contents.h>
+#include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
 
 namespace vcd {

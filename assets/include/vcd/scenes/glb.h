@@ -1,0 +1,17 @@
+// Scenes as glTF 2.0, for any program that reads it.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include <vcd/scenes/scene.h>
+
+namespace vcd::scenes {
+
+// A whole .glb file: one glTF mesh a mesh (with a diffuse material of its colour), one node an instance, the camera.
+// The ground and the lights are left out: nothing of them can be baked. Positions keep every bit.
+// Every mesh must have a triangle (else std::invalid_argument). Throws std::length_error where the file would exceed
+// the 4 GiB that GLB allows.
+std::vector<std::byte> to_glb(const Scene& scene);
+
+}  // namespace vcd::scenes

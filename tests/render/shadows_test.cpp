@@ -1,0 +1,176 @@
+#include "render/shadows.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "render/census.h"
+#include "render/recording.h"
+#include "worlds.h"
+
+namespace vcd::test {
+namespace {
+
+TEST(Packets, AllWaysGiveTheSameAnswers) {
+  const World world = several_instances();
+  const Recording bundles = record(world, small_picture());
+  uint64_t blocked = 0;
+  for (size_t i = 0; i < bundles.size(); ++i) {
+    const auto segments = bundles[i].segments;
+    std::vector<uint8_t> expected(segments.size()), answers(segments.size());
+    trace(world.shadow_casters(), {}, segments, expected);
+    for (const Packets& packets : world.ways_to_trace()) {
+      trace(world.shadow_casters(), packets, segments, answers);
+      EXPECT_EQ(expected, answers) << packets.name();
+    }
+    for (uint8_t answer : expected) blocked += answer;
+  }
+  EXPECT_GT(blocked, 0u);
+}
+
+// Whether origin + t · direction, 0 ≤ t ≤ 1, meets a box, in double precision.
+bool meets(const Segment& s, const Box& box) {
+  double enter = 0, leave = 1;
+  const float low[3] = {box.low.x, box.low.y, box.low.z}, high[3] = {box.high.x, box.high.y, box.high.z};
+  for (int a = 0; a < 3; ++a) {
+    const double o = s.origin[a], d = s.direction[a];
+    if (d == 0) {
+      if (o < low[a] || o > high[a]) return false;
+      continue;
+    }
+    enter = std::max(enter, std::min((low[a] - o) / d, (high[a] - o) / d));
+    leave = std::min(leave, std::max((low[a] - o) / d, (high[a] - o) / d));
+  }
+  return enter <= leave;
+}
+
+TEST(InstanceTree, VisitsEveryBoxThatASegmentOfTheBundleMeetsAndFewOthers) {
+  std::mt19937 random(5);
+  const auto uniform = [&](float low, float high) { return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f; };
+  std::vector<Box> boxes;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 low{uniform(-20, 20), uniform(0, 2), uniform(-20, 20)};
+    boxes.push_back({low, low + Vec3{uniform(0.1f, 3), uniform(0.1f, 3), uniform(0.1f, 3)}});
+  }
+  const InstanceTree tree(boxes);
+  uint64_t visited = 0, met = 0;
+  for (int bundle = 0; bundle < 300; ++bundle) {
+    std::vector<Segment> segments;
+    const float origin[3] = {uniform(-20, 20), uniform(0, 1), uniform(-20, 20)}, target[3] = {uniform(-20, 20), uniform(0, 20), uniform(-20, 20)};
+    for (int k = 0; k < 16; ++k) {
+      Segment s{{origin[0], origin[1], origin[2]}, 0, {}, 1};
+      for (int a = 0; a < 3; ++a) s.direction[a] = bundle % 7 == a ? 0 : target[a] + uniform(-1, 1) - origin[a];
+      segments.push_back(s);
+    }
+    std::vector<bool> seen(boxes.size());
+    tree.visit(Beam(segments), [&](uint32_t i) { EXPECT_FALSE(seen[i]); seen[i] = true; ++visited; });
+    for (size_t i = 0; i < boxes.size(); ++i) {
+      bool any = false;
+      for (const Segment& s : segments) any |= meets(s, boxes[i]);
+      EXPECT_TRUE(!any || seen[i]);
+      met += any;
+    }
+  }
+  EXPECT_GT(met, 100u);
+  EXPECT_LT(visited, 2 * met);
+}
+
+TEST(InstanceTree, OfNothingAndOfOne) {
+  const Segment up{{0, 0, 0}, 0, {0, 1, 0}, 1};
+  const Box above{{-1, 0.5f, -1}, {1, 0.6f, 1}}, aside{{2, 0.5f, -1}, {3, 0.6f, 1}};
+  int visits = 0;
+  const auto count = [&](uint32_t) { ++visits; };
+  InstanceTree({}).visit(Beam({&up, 1}), count);
+  EXPECT_EQ(visits, 0);
+  InstanceTree({&above, 1}).visit(Beam({&up, 1}), count);
+  EXPECT_EQ(visits, 1);
+  InstanceTree({&aside, 1}).visit(Beam({&up, 1}), count);
+  EXPECT_EQ(visits, 1);
+}
+
+class Counting : public testing::TestWithParam<bool> {
+ protected:
+  Counting() : world_(GetParam() ? one_object() : several_instances()), sidecars_(must_bake(world_, quick(4, 81), folder_)) {
+    counter_.emplace(std::move(*TestCounter::build(world_)));
+  }
+  TemporaryFolder folder_;
+  World world_;
+  WorldSidecars sidecars_;
+  std::optional<TestCounter> counter_;
+};
+
+TEST_P(Counting, KindsAddUpToAllSegmentsAndCountsAreTheRuntimesOwn) {
+  const RenderSettings settings = small_picture(3);
+  const size_t pixels = size_t{settings.width} * settings.height;
+  Census census(world_, sidecars_.objects, *counter_, {}, pixels);
+  const Rendered rendered = must_render(world_, settings, [&] { return census.caster(); });
+  const CensusPass pass = census.take();
+  const KindCounts total = pass.total();
+  EXPECT_EQ(total.segments, rendered.shadow_segments);
+
+  // The same picture's segments once more, one by one, with nothing but the runtime.
+  const Recording bundles = record(world_, settings);
+  uint64_t answered[2] = {}, open = 0, kinds[kSegmentKinds] = {};
+  for (size_t i = 0; i < bundles.size(); ++i)
+    for (const Segment& s : bundles[i].segments) {
+      ++kinds[static_cast<size_t>(segment_kind(world_, bundles[i], s))];
+      bool blocked = false, unclassified = false;
+      for (const WorldInstance& instance : world_.instances) {
+        const Affine a = world_.single() ? Affine{} : instance.to_object;
+        const Vec3 o = a.point({s.origin[0], s.origin[1], s.origin[2]}), d = a.vector({s.direction[0], s.direction[1], s.direction[2]});
+        const Visibility answer = sidecars_.objects[instance.object].classify({{o.x, o.y, o.z}, 0, {d.x, d.y, d.z}, 1});
+        blocked |= answer == Visibility::blocked;
+        unclassified |= answer == Visibility::unclassified;
+      }
+      ++(blocked ? answered[1] : unclassified ? open : answered[0]);
+    }
+  EXPECT_EQ(total.answered[0], answered[0]);
+  EXPECT_EQ(total.answered[1], answered[1]);
+  EXPECT_EQ(total.segments - total.resolved(), open);
+  for (size_t k = 0; k < kSegmentKinds; ++k) EXPECT_EQ(pass.kinds[k].segments, kinds[k]) << k;
+  EXPECT_GT(answered[0], 0u);
+  EXPECT_EQ(answered[1] > 0, !world_.single());  // leaves alone block no cell; a ball does
+  EXPECT_GT(open, 0u);
+
+  double by_pixel = 0, tests = 0;
+  for (double p : pass.pixel_open) by_pixel += p;
+  for (double p : pass.pixel_tests) tests += p;
+  EXPECT_EQ(by_pixel, static_cast<double>(open));
+  EXPECT_EQ(tests, static_cast<double>(pass.tests));
+}
+
+TEST_P(Counting, TheCountedPictureIsTheVariantsOwnAndWrongAnswersShowInIt) {
+  const RenderSettings settings = small_picture();
+  Census census(world_, sidecars_.objects, *counter_, {}, size_t{settings.width} * settings.height);
+  const Image counted = must_render(world_, settings, [&] { return census.caster(); }).image;
+  const Image plain = must_render(world_, settings, [&] { return std::make_unique<SidecarShadows>(world_, sidecars_.objects, Packets{}); }).image;
+  EXPECT_EQ(compare(counted, plain).pixels, 0u);
+  const Image traced = must_render(world_, settings, [&] { return std::make_unique<BvhShadows>(world_, Packets{}); }).image;
+  EXPECT_EQ(compare(counted, traced).pixels > 0, census.take().total().wrong > 0);
+}
+
+TEST_P(Counting, TheCountingHierarchyFindsWhatEmbreeFindsAndSidecarsSaveTests) {
+  const Recording bundles = record(world_, small_picture());
+  uint64_t differing = 0, all = 0, tests = 0;
+  for (size_t i = 0; i < bundles.size(); ++i) {
+    std::vector<uint8_t> traced(bundles[i].segments.size());
+    trace(world_.shadow_casters(), {}, bundles[i].segments, traced);
+    for (size_t k = 0; k < traced.size(); ++k) {
+      const auto count = counter_->count(bundles[i].segments[k]);
+      differing += count.occluded != (traced[k] != 0);
+      EXPECT_TRUE(!count.occluded || count.tests > 0);
+      tests += count.tests;
+      ++all;
+    }
+  }
+  EXPECT_LE(differing, all / 10000);
+  Census with(world_, sidecars_.objects, *counter_, {}, 24 * 16);
+  must_render(world_, small_picture(), [&] { return with.caster(); });
+  EXPECT_LT(with.take().tests, tests);
+}
+
+INSTANTIATE_TEST_SUITE_P(Worlds, Counting, testing::Values(true, false),
+                         [](const auto& instance) { return instance.param ? "OneObject" : "Instances"; });
+
+}  // namespace
+}  // namespace vcd::test

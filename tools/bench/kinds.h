@@ -1,0 +1,32 @@
+// Shadow rays by how they lie to the box: what each of Embree's ways and each sidecar takes for them.
+#pragma once
+
+#include <vector>
+
+#include "common/describe.h"
+#include "render/census.h"
+#include "render/recording.h"
+#include "timing.h"
+
+namespace vcd {
+
+struct SidecarVariant {
+  std::string id;
+  const std::vector<Object>* objects;
+};
+
+// The bundles of a picture by the kind of their segments, each cut where the kind changes and thinned out evenly to about
+// `most` segments a kind. The kinds of all segments of the recording are counted in `all`.
+std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
+                                                   std::array<uint64_t, kSegmentKinds>& all);
+
+// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and with tracing of
+// what it leaves open; interleaved, nanoseconds a segment, on one thread.
+Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles, const std::vector<SidecarVariant>& variants,
+                  const TestCounter& counter, Packets truth, Packets open_packets, int repetitions);
+
+// Segments, answers, wrong answers and the 95 % bound of their share.
+Json describe_counts(const KindCounts& counts);
+Json describe_seconds(const Timing& timing, double scale);  // {"median", "minimum", "maximum"}
+
+}  // namespace vcd

@@ -1,0 +1,14 @@
+// What a figure must be read with.
+#pragma once
+
+#include <string>
+
+#include "common/describe.h"
+
+namespace vcd {
+
+// {"processor", "threads", "memory_bytes", "system", "compiler", "embree", "embree_isa", "pinned"}.
+Json describe_machine();
+std::string machine_description();  // the same in one line
+
+}  // namespace vcd

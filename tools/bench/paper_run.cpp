@@ -1,0 +1,347 @@
+#include "paper_run.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include <vcd/baker/audit.h>
+#include <vcd/format/writer.h>
+
+#include "common/program.h"
+#include "common/progress.h"
+#include "kinds.h"
+#include "render/census.h"
+#include "render/false_colour.h"
+#include "render/sidecars.h"
+
+namespace vcd {
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kBlank = "blank";
+constexpr const char* kSingle = "bvh-single";  // ray by ray, as the paper's renderer traced
+
+struct OpenVariant {
+  std::string id;
+  WorldSidecars sidecars;
+};
+
+// The steps of one scene. Each asks its entry in the results what is there already.
+class SceneRun {
+ public:
+  SceneRun(const PaperRunOptions& options, const SceneRequest& request, Results& results)
+      : options_(options), request_(request), results_(results) {}
+
+  std::optional<Error> run() {
+    scene()["status"] = "partial";
+    scene().erase("error");
+    auto world = load_world(request_.source, request_.options, options_.quiet);
+    if (!world) return world.error();
+    world_.emplace(std::move(*world));
+    describe_world();
+    for (const auto step : {&SceneRun::bake_all, &SceneRun::open_all, &SceneRun::count_all, &SceneRun::time_pictures, &SceneRun::time_kinds}) {
+      if (auto error = (this->*step)()) return error;
+      if (auto error = results_.save()) return error;
+    }
+    scene()["status"] = "complete";
+    return results_.save();
+  }
+
+ private:
+  Json& scene() { return results_.scene(request_.name); }
+  Json& variant(const std::string& id) { return Results::variant(scene(), id); }
+  fs::path sidecar_path(const std::string& id) const { return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd"); }
+  std::string label(const std::string& what) const { return request_.name + ": " + what; }
+  Error stopped() const { return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"}; }
+
+  void describe_world() {
+    Json& s = scene();
+    s["title"] = request_.name;
+    s["source"] = is_generated_scene(request_.source[0]) ? "generated" : fs::path(request_.source[0]).filename().string();
+    s["triangles"] = world_->triangles();
+    s["objects"] = world_->objects.size();
+    s["instances"] = world_->instances.size();
+    s["placed_triangles"] = world_->placed_triangles();
+    s["lights"] = world_->lights.size();
+    s["bvh"] = {{"build_seconds", world_->cost.build_seconds}, {"memory_bytes", world_->cost.memory_bytes}};
+  }
+
+  std::optional<Error> bake_all() {
+    std::error_code failed;
+    for (const char* folder : {"sidecars", "images"}) {
+      fs::create_directories(results_.folder() / folder, failed);
+      if (failed) return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
+    }
+    for (const Configuration& c : options_.configurations) {
+      BakeOptions bake;
+      bake.depth = c.depth, bake.samples = c.samples;
+      if (auto error = bake_variant(c.id(), bake)) return error;
+    }
+    BakeOptions blank;
+    blank.depth = options_.configurations[0].depth, blank.blank = true;
+    return bake_variant(kBlank, blank);
+  }
+
+  std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
+    const fs::path path = sidecar_path(id);
+    if (variant(id).contains("bake_seconds") && fs::exists(path)) return std::nullopt;
+    std::optional<ProgressLine> line(std::in_place, label("baking " + id), options_.quiet);
+    bake.stop = interrupted;
+    bake.threads = options_.render.threads;
+    const auto baked = bake_world(*world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
+    line.reset();
+    if (interrupted()) return stopped();
+    if (!baked) return baked.error();
+    Json& v = variant(id);
+    v["depth"] = bake.depth;
+    if (!bake.blank) v["samples"] = bake.samples;
+    v["bake_seconds"] = baked->seconds;
+    v["bake_rays"] = baked->rays;
+    v["file_bytes"] = baked->file_bytes;
+    auto opened = open_sidecars(*world_, {path.string()});
+    if (!opened) return opened.error();
+    describe_trees(opened->objects, v);
+    if (auto error = measure_shipped(opened->files[0], id, v)) return error;
+    return results_.save();
+  }
+
+  static void describe_trees(const std::vector<Object>& objects, Json& v) {
+    uint64_t bytes = 0, unfolded = 0, folded = 0, shared = 0;
+    for (const Object& object : objects) {
+      const ObjectRecord& r = object.record();
+      bytes += tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
+      unfolded += 4 * r.nodes_unfolded, folded += 4 * r.nodes_folded, shared += 4 * r.nodes_shared;
+    }
+    v["memory_bytes"] = bytes;
+    v["nodes"] = {{"unfolded_bytes", unfolded}, {"folded_bytes", folded}, {"shared_bytes", shared}};
+  }
+
+  // What the file weighs when it is compressed as vc-bake --storage ship does it.
+  std::optional<Error> measure_shipped(const Sidecar& sidecar, const std::string& id, Json& v) {
+    SidecarToWrite ship;
+    ship.storage = Storage::zstd;
+    ship.stop = interrupted;
+    for (const ObjectContents& o : sidecar.contents().objects) ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}});
+    const fs::path path = sidecar_path(id + "-ship");
+    const auto written = write_sidecar(path, ship);
+    if (interrupted()) return stopped();
+    if (!written) return written.error();
+    v["ship_bytes"] = *written;
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    return std::nullopt;
+  }
+
+  std::optional<Error> open_all() {
+    std::vector<std::string> ids;
+    for (const Configuration& c : options_.configurations) ids.push_back(c.id());
+    ids.push_back(kBlank);
+    for (const std::string& id : ids) {
+      auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
+      if (!opened) return opened.error();
+      open_.push_back({id, std::move(*opened)});
+    }
+    Json& packets = scene()["packets"];
+    if (!packets.is_object()) {
+      const auto& last = open_[open_.size() - 2].sidecars.objects;
+      packets["bvh"] = describe_packets(fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return bvh_caster(p); }));
+      packets["vcd"] = describe_packets(fastest_packets(*world_, options_.render, all_packets(false), [&](Packets p) { return vcd_caster(last, p); }));
+    }
+    bvh_packets_ = packets_of(packets["bvh"]);
+    vcd_packets_ = packets_of(packets["vcd"]);
+    auto counter = TestCounter::build(*world_);
+    if (!counter) return counter.error();
+    counter_.emplace(std::move(*counter));
+    return std::nullopt;
+  }
+
+  static Json describe_packets(Packets p) { return p.name(); }
+  static Packets packets_of(const Json& name) {
+    for (const Packets& p : all_packets(false))
+      if (p.name() == name) return p;
+    return {};
+  }
+
+  std::unique_ptr<ShadowCaster> bvh_caster(Packets p) const { return std::make_unique<BvhShadows>(*world_, p); }
+  std::unique_ptr<ShadowCaster> vcd_caster(const std::vector<Object>& objects, Packets p) const {
+    return std::make_unique<SidecarShadows>(*world_, objects, p);
+  }
+
+  Result<Rendered> picture(const std::string& what, const MakeCaster& make) const {
+    ProgressLine line(label(what), options_.quiet);
+    RenderHooks hooks;
+    hooks.stop = interrupted;
+    hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
+    return render(*world_, options_.render, make, hooks);
+  }
+
+  // The BVH's picture first: all others are held against it.
+  std::optional<Error> count_all() {
+    const bool all_there = variant("bvh").contains("tests") && std::all_of(open_.begin(), open_.end(), [&](const OpenVariant& v) {
+      return variant(v.id).contains("segments");
+    });
+    if (all_there) return std::nullopt;
+    if (auto error = count_bvh()) return error;
+    for (const OpenVariant& v : open_) {
+      if (variant(v.id).contains("segments")) continue;
+      if (auto error = count_variant(v)) return error;
+      if (auto error = results_.save()) return error;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Error> count_bvh() {
+    const size_t pixels = size_t{options_.render.width} * options_.render.height;
+    Census census(*world_, {}, *counter_, bvh_packets_, pixels);
+    auto rendered = picture("counting, BVH", [&] { return census.caster(); });
+    if (!rendered) return stopped();
+    bvh_image_ = std::move(rendered->image);
+    const CensusPass pass = census.take();
+    tests_scale_ = scale_for(pass.pixel_tests);
+    Json& v = variant("bvh");
+    v["label"] = "BVH";
+    v["tests"] = pass.tests;
+    scene()["shadow_segments"] = pass.total().segments;
+    if (auto error = write_image(v, "bvh", "shaded", tone_mapped(bvh_image_))) return error;
+    return write_counts(v, "bvh", "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel");
+  }
+
+  std::optional<Error> count_variant(const OpenVariant& open) {
+    const size_t pixels = size_t{options_.render.width} * options_.render.height;
+    Census census(*world_, open.sidecars.objects, *counter_, bvh_packets_, pixels);
+    const auto rendered = picture("counting, " + open.id, [&] { return census.caster(); });
+    if (!rendered) return stopped();
+    const CensusPass pass = census.take();
+    const KindCounts total = pass.total();
+    Json& v = variant(open.id);
+    v["tests"] = pass.tests;
+    v["fallback_segments"] = total.segments - total.resolved();
+    v["resolved_segments"] = total.resolved();
+    v["wrong"] = total.wrong;
+    v["wrong_resolved"] = total.wrong_answered;
+    v["wrong_rate"] = static_cast<double>(total.wrong) / static_cast<double>(std::max<uint64_t>(total.segments, 1));
+    v["wrong_bound_95"] = upper_bound_95(total.wrong, total.segments);
+    v["kinds"] = Json::array();
+    for (size_t k = 0; k < kSegmentKinds; ++k) {
+      if (pass.kinds[k].segments == 0) continue;
+      Json kind{{"kind", segment_kind_name(static_cast<SegmentKind>(k))}};
+      kind.update(describe_counts(pass.kinds[k]));
+      v["kinds"].push_back(kind);
+    }
+    const Difference difference = compare(bvh_image_, rendered->image);
+    v["rmse"] = difference.rmse;
+    v["max_difference"] = difference.maximum;
+    if (open.id == kBlank) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
+    const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples * static_cast<double>(world_->lights.size());
+    for (const auto& error : {write_image(v, open.id, "shaded", tone_mapped(rendered->image)),
+                              write_counts(v, open.id, "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel"),
+                              write_counts(v, open.id, "fallback", pass.pixel_open, most, "shadow rays a pixel that needed the BVH"),
+                              write_image(v, open.id, "difference", amplified_difference(bvh_image_, rendered->image, kAmplify))})
+      if (error) return error;
+    v["difference_factor"] = kAmplify;
+    v["segments"] = total.segments;  // last: it says that this step is done
+    return std::nullopt;
+  }
+
+  std::optional<Error> write_image(Json& v, const std::string& id, const char* view, const Image& image) {
+    const std::string name = "images/" + request_.name + "-" + id + "-" + view + ".png";
+    v["images"][view] = name;
+    return write_png(results_.folder() / name, image);
+  }
+  std::optional<Error> write_counts(Json& v, const std::string& id, const char* view, const std::vector<double>& counts,
+                                    double scale, const std::string& caption) {
+    return write_image(v, id, view, false_colour(counts, options_.render.width, options_.render.height, scale, caption));
+  }
+
+  // Whole pictures, every variant in turn, again and again.
+  std::optional<Error> time_pictures() {
+    std::vector<std::string> ids = {"bvh", kSingle};
+    for (const OpenVariant& v : open_) ids.push_back(v.id);
+    if (std::all_of(ids.begin(), ids.end(), [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
+      return std::nullopt;
+    for (Json& v : scene()["variants"]) v.erase("render_seconds"), v.erase("shadow_seconds");  // never beside those of another round
+    std::vector<std::vector<double>> whole(ids.size()), shadow(ids.size());
+    for (int r = 0; r < options_.repetitions; ++r)
+      for (size_t i = 0; i < ids.size(); ++i) {
+        const auto rendered = picture("timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i], [&] {
+          return i == 0 ? bvh_caster(bvh_packets_) : i == 1 ? bvh_caster({}) : vcd_caster(open_[i - 2].sidecars.objects, vcd_packets_);
+        });
+        if (!rendered) return stopped();
+        whole[i].push_back(rendered->seconds);
+        shadow[i].push_back(rendered->shadow_seconds);
+      }
+    variant(kSingle)["label"] = "BVH, ray by ray";
+    for (size_t i = 0; i < ids.size(); ++i) {
+      variant(ids[i])["render_seconds"] = describe_seconds(summarize(ids[i], whole[i]), 1);
+      variant(ids[i])["shadow_seconds"] = describe_seconds(summarize(ids[i], shadow[i]), 1);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Error> time_kinds() {
+    if (kinds_are_timed()) return std::nullopt;
+    RenderSettings sparse = options_.render;  // one camera ray for sixteen: enough segments, and all kinds of them
+    sparse.pixel_samples = std::max(1u, sparse.pixel_samples / 16);
+    std::array<uint64_t, kSegmentKinds> all{};
+    const auto kinds = split_by_kind(*world_, record(*world_, sparse), options_.segments_of_kind, all);
+    std::vector<SidecarVariant> variants;
+    for (const OpenVariant& v : open_)
+      if (v.id != kBlank) variants.push_back({v.id, &v.sidecars.objects});
+    Json measured = Json::array();
+    for (size_t k = 0; k < kSegmentKinds; ++k) {
+      if (kinds[k].segment_count() == 0) continue;
+      if (interrupted()) return stopped();
+      ProgressLine line(label("timing, " + std::string(segment_kind_name(static_cast<SegmentKind>(k)))), options_.quiet);
+      line.update({static_cast<double>(k) / kSegmentKinds, kinds[k].segment_count(), 0});
+      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_, bvh_packets_,
+                                      vcd_packets_, options_.repetitions));
+      measured.back()["share"] = static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
+    }
+    scene()["kinds"] = measured;
+    return std::nullopt;
+  }
+
+  bool kinds_are_timed() {
+    if (!scene().contains("kinds")) return false;
+    for (const Json& kind : scene()["kinds"])
+      for (const OpenVariant& v : open_)
+        if (v.id != kBlank && std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
+          return false;
+    return true;
+  }
+
+  static constexpr float kAmplify = 20;
+
+  const PaperRunOptions& options_;
+  const SceneRequest& request_;
+  Results& results_;
+  std::optional<World> world_;
+  std::vector<OpenVariant> open_;
+  std::optional<TestCounter> counter_;
+  Packets bvh_packets_, vcd_packets_;
+  Image bvh_image_;
+  double tests_scale_ = 1;
+};
+
+}  // namespace
+
+std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
+  std::vector<int> codes;
+  for (const SceneRequest& request : options.scenes) {
+    SceneRun scene(options, request, results);
+    const auto error = scene.run();
+    codes.push_back(error ? exit_code(error->code) : kExitOk);
+    if (!error) continue;
+    print_error(error->message);
+    if (!interrupted()) {
+      results.scene(request.name)["status"] = "failed";
+      results.scene(request.name)["error"] = error->message;
+      if (const auto unsaved = results.save()) print_error(unsaved->message);
+    } else {
+      break;
+    }
+  }
+  return codes;
+}
+
+}  // namespace vcd

@@ -1,0 +1,53 @@
+#include <charconv>
+#include <filesystem>
+
+#include "paper_run.h"
+
+namespace vcd {
+namespace {
+
+template <class Number>
+bool set_number(const std::string& text, Number& target) {
+  const auto [end, failure] = std::from_chars(text.data(), text.data() + text.size(), target);
+  return failure == std::errc{} && end == text.data() + text.size();
+}
+
+bool set_option(const std::string& key, const std::string& value, SceneOptions& o) {
+  if (key == "up") return value.size() == 1 && value[0] >= 'x' && value[0] <= 'z' && (o.up = value[0], true);
+  if (key == "turn") return set_number(value, o.turn_degrees);
+  if (key == "level") return set_number(value, o.level) && o.level <= 12;
+  if (key == "strands") return set_number(value, o.hairball.strands) && o.hairball.strands > 0;
+  if (key == "segments") return set_number(value, o.hairball.segments) && o.hairball.segments > 0;
+  if (key == "sides") return set_number(value, o.hairball.sides) && o.hairball.sides >= 3;
+  if (key == "instances") return set_number(value, o.forest.instances) && o.forest.instances > 0;
+  if (key == "species") return set_number(value, o.forest.species) && o.forest.species >= 1 && o.forest.species <= 4;
+  if (key == "leaves") return set_number(value, o.forest.leaves) && o.forest.leaves > 0;
+  return false;
+}
+
+}  // namespace
+
+Result<SceneRequest> parse_scene_request(const std::string& text, const SceneOptions& defaults) {
+  SceneRequest request{"", {}, defaults};
+  std::string head = text;
+  while (true) {  // options from the back, as long as they are options: a file's name may hold commas
+    const size_t comma = head.rfind(',');
+    const size_t equals = comma == std::string::npos ? comma : head.find('=', comma);
+    if (equals == std::string::npos) break;
+    const std::string key = head.substr(comma + 1, equals - comma - 1), value = head.substr(equals + 1);
+    if (!set_option(key, value, request.options))
+      return Error{ErrorCode::usage, text + ": \"" + key + "=" + value +
+                                         "\" is not one of up, turn, level, strands, segments, sides, instances, species, leaves "
+                                         "with a value in range"};
+    head.resize(comma);
+  }
+  const size_t equals = head.find('=');
+  const std::string source = equals == std::string::npos ? head : head.substr(equals + 1);
+  request.name = equals == std::string::npos ? std::filesystem::path(source).stem().string() : head.substr(0, equals);
+  if (source.empty() || request.name.empty() || request.name.find('/') != std::string::npos)
+    return Error{ErrorCode::usage, text + ": not [NAME=]SCENE|MESH[,KEY=VALUE]..."};
+  request.source = {source};
+  return request;
+}
+
+}  // namespace vcd

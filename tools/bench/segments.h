@@ -1,0 +1,21 @@
+// One sidecar on this machine: answers, shares and times of segments with and without it.
+#pragma once
+
+#include <string>
+
+#include "common/program.h"
+
+namespace vcd {
+
+struct SegmentsOptions {
+  std::string mesh, sidecar;
+  size_t object = 0;
+  size_t points = 4000;
+  int repetitions = 7;
+  OutputFormat format = OutputFormat::text;
+};
+
+// Prints what it measured; returns the exit code.
+int run_segments(const SegmentsOptions& options);
+
+}  // namespace vcd

@@ -1,0 +1,123 @@
+#include "census.h"
+
+#include <algorithm>
+
+#include <vcd/format/line_cell.h>
+
+namespace vcd {
+
+const char* segment_kind_name(SegmentKind kind) {
+  constexpr const char* kNames[kSegmentKinds] = {"missing", "piercing", "own", "inside", "instanced-ground", "instanced-own"};
+  return kNames[static_cast<size_t>(kind)];
+}
+
+SegmentKind segment_kind(const World& world, const Bundle& bundle, const Segment& s) {
+  const bool from_ground = bundle.surface == kGroundSurface;
+  if (!world.single()) return from_ground ? SegmentKind::instanced_ground : SegmentKind::instanced_own;
+  if (!from_ground) return SegmentKind::own;
+  const PreparedMesh& mesh = world.objects[0].mesh;
+  const LineCell line = locate(make_grid_frame(mesh.box_min.data(), mesh.box_max.data()), s);
+  if (!line.hits || s.t_min >= line.t_exit || s.t_max <= line.t_entry) return SegmentKind::missing;
+  return s.t_min <= line.t_entry && s.t_max >= line.t_exit ? SegmentKind::piercing : SegmentKind::inside;
+}
+
+void KindCounts::add(const KindCounts& o) {
+  segments += o.segments, wrong += o.wrong, wrong_answered += o.wrong_answered;
+  for (int i = 0; i < 2; ++i) answered[i] += o.answered[i];
+}
+
+KindCounts CensusPass::total() const {
+  KindCounts sum;
+  for (const KindCounts& k : kinds) sum.add(k);
+  return sum;
+}
+
+class Census::Caster : public ShadowCaster {
+ public:
+  Caster(Census& census, CensusPass& pass) : census_(census), pass_(pass), answers_(kMaxBundle), truth_(kMaxBundle) {
+    if (!census.objects_.empty()) sidecars_.emplace(census.world_, census.objects_, census.truth_);
+  }
+
+  void cast(const Bundle& bundle, std::span<uint8_t> blocked) override {
+    if (sidecars_) {
+      cast_with_sidecars(bundle, blocked);
+    } else {
+      cast_with_bvh(bundle, blocked);
+    }
+  }
+
+ private:
+  void cast_with_bvh(const Bundle& bundle, std::span<uint8_t> blocked) {
+    trace(census_.world_.shadow_casters(), census_.truth_, bundle.segments, blocked);
+    uint64_t tests = 0;
+    for (const Segment& segment : bundle.segments) {
+      ++kind_of(bundle, segment).segments;
+      tests += census_.counter_.count(segment).tests;
+    }
+    add_to_pixel(bundle, tests, bundle.segments.size());
+  }
+
+  void cast_with_sidecars(const Bundle& bundle, std::span<uint8_t> blocked) {
+    sidecars_->look_up(bundle, answers_);
+    uint64_t tests = 0, open = 0;
+    decided_.assign(bundle.segments.size(), false);
+    sidecars_->visit_open([&](const SidecarShadows::Open& run) {
+      for (size_t k = 0; k < run.segments.size(); ++k) {
+        const uint16_t place = run.places[k];
+        if (answers_[place] == Visibility::blocked || decided_[place]) continue;
+        const auto count = census_.counter_.count_in_object(run.object, run.segments[k]);
+        tests += count.tests;
+        decided_[place] = count.occluded;
+      }
+    });
+    sidecars_->cast(bundle, blocked);
+    trace(census_.world_.shadow_casters(), census_.truth_, bundle.segments, truth_);
+    for (size_t i = 0; i < bundle.segments.size(); ++i) {
+      KindCounts& kind = kind_of(bundle, bundle.segments[i]);
+      const bool answered = answers_[i] != Visibility::unclassified, wrong = blocked[i] != truth_[i];
+      ++kind.segments;
+      if (answered) ++kind.answered[answers_[i] == Visibility::blocked];
+      open += !answered;
+      kind.wrong += wrong;
+      kind.wrong_answered += wrong && answered;
+    }
+    add_to_pixel(bundle, tests, open);
+  }
+
+  KindCounts& kind_of(const Bundle& bundle, const Segment& segment) {
+    return pass_.kinds[static_cast<size_t>(segment_kind(census_.world_, bundle, segment))];
+  }
+  void add_to_pixel(const Bundle& bundle, uint64_t tests, uint64_t open) {  // a pixel is one thread's
+    pass_.tests += tests;
+    census_.pass_.pixel_tests[bundle.pixel] += static_cast<double>(tests);
+    census_.pass_.pixel_open[bundle.pixel] += static_cast<double>(open);
+  }
+
+  Census& census_;
+  CensusPass& pass_;
+  std::optional<SidecarShadows> sidecars_;
+  std::vector<Visibility> answers_;
+  std::vector<uint8_t> truth_;
+  std::vector<bool> decided_;
+};
+
+Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, Packets truth, size_t pixels)
+    : world_(world), objects_(std::move(objects)), counter_(counter), truth_(truth) {
+  pass_.pixel_tests.resize(pixels);
+  pass_.pixel_open.resize(pixels);
+}
+
+std::unique_ptr<ShadowCaster> Census::caster() {
+  passes_.push_back(std::make_unique<CensusPass>());
+  return std::make_unique<Caster>(*this, *passes_.back());
+}
+
+CensusPass Census::take() {
+  for (const auto& pass : passes_) {
+    pass_.tests += pass->tests;
+    for (size_t k = 0; k < kSegmentKinds; ++k) pass_.kinds[k].add(pass->kinds[k]);
+  }
+  return std::move(pass_);
+}
+
+}  // namespace vcd

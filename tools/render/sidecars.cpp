@@ -1,0 +1,52 @@
+#include "sidecars.h"
+
+#include "common/describe.h"
+
+namespace vcd {
+
+Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths) {
+  WorldSidecars sidecars;
+  for (const std::string& path : paths) {
+    auto sidecar = Sidecar::open(path);
+    if (!sidecar) return sidecar.error();
+    sidecars.files.push_back(std::move(*sidecar));
+  }
+  for (const WorldObject& object : world.objects) {
+    std::optional<Object> found;
+    for (const Sidecar& sidecar : sidecars.files)
+      if (!found) found = sidecar.find(object.mesh.geometry_hash);
+    if (!found) {
+      std::string names;
+      for (const std::string& path : paths) names += (names.empty() ? "" : ", ") + path;
+      return Error{ErrorCode::stale, names + ": stale, or of another mesh: nothing in it has the geometry hash " +
+                                         hex(object.mesh.geometry_hash) + " of " + object.source + " " + printable(object.mesh.name)};
+    }
+    sidecars.objects.push_back(*found);
+  }
+  return sidecars;
+}
+
+Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
+                             const std::function<void(const WorldObject&, const BakeProgress&)>& progress) {
+  std::vector<BakedObject> baked;
+  SidecarToWrite file;
+  WorldBake sum;
+  for (const WorldObject& object : world.objects) {
+    BakeOptions here = options;
+    here.progress = [&](const BakeProgress& p) { progress(object, p); };
+    auto result = bake({object.mesh.name, object.mesh.source_index, object.mesh.positions, object.mesh.triangles}, here);
+    if (!result) return Error{result.error().code, object.source + ": " + result.error().message};
+    sum.seconds += result->seconds;
+    sum.rays += result->rays;
+    baked.push_back(std::move(*result));
+  }
+  for (const BakedObject& object : baked) file.objects.push_back(object.to_write());
+  file.provenance = {{"baker", "vcd " VCD_VERSION}, {"source", world.name}};
+  file.stop = options.stop;
+  const auto written = write_sidecar(path, file);
+  if (!written) return written.error();
+  sum.file_bytes = *written;
+  return sum;
+}
+
+}  // namespace vcd

@@ -1,0 +1,53 @@
+// Three floats, and how they stand in space.
+#pragma once
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace vcd {
+
+struct Vec3 {
+  float x = 0, y = 0, z = 0;
+};
+inline Vec3 operator+(Vec3 a, Vec3 b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline Vec3 operator*(Vec3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
+inline Vec3 operator*(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+inline float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
+inline Vec3 unit(Vec3 a) { return a * (1 / length(a)); }
+inline Vec3 vec3(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
+
+// x → matrix · x + offset.
+struct Affine {
+  Vec3 column[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  Vec3 offset;
+
+  Vec3 vector(Vec3 v) const { return column[0] * v.x + column[1] * v.y + column[2] * v.z; }
+  Vec3 point(Vec3 p) const { return vector(p) + offset; }
+  // The normal of a surface, given that *this is the inverse of the map that moved the surface. Not unit length.
+  Vec3 transposed(Vec3 n) const { return {dot(column[0], n), dot(column[1], n), dot(column[2], n)}; }
+};
+
+// From the row-major 3 × 4 matrix of a scene file, and back the other way. The determinant must not be zero.
+Affine affine(const std::array<float, 12>& rows);
+Affine inverse(const Affine& a);
+
+struct Box {
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+
+  void add(Vec3 p) {
+    low = {std::fmin(low.x, p.x), std::fmin(low.y, p.y), std::fmin(low.z, p.z)};
+    high = {std::fmax(high.x, p.x), std::fmax(high.y, p.y), std::fmax(high.z, p.z)};
+  }
+  void add(const Box& b) { add(b.low), add(b.high); }
+  Vec3 center() const { return (low + high) * 0.5f; }
+  float diagonal() const { return length(high - low); }
+};
+
+// The axis-aligned box of a box's image.
+Box transformed(const Affine& a, const Box& box);
+
+}  // namespace vcd

@@ -1,0 +1,63 @@
+"""Which points each chart shows. The drawing, the page and a test all take them from here."""
+from figures import is_configuration
+
+LOOK = {
+    "speedup": {"x": "wrong_rate", "y": "speedup", "x_scale": "rate", "y_scale": "linear", "y_range": ("speedup_low", "speedup_high"),
+                "x_bound": "wrong_bound_95", "area": "memory_bytes",
+                "x_label": "wrong shadow rays", "y_label": "speed-up"},
+    "bake": {"x": "bake_seconds", "y": "wrong_rate", "x_scale": "log", "y_scale": "rate", "y_bound": "wrong_bound_95",
+             "x_label": "bake time, seconds", "y_label": "wrong shadow rays"},
+    "memory": {"x": "memory_bytes", "y": "resolved_share", "x_scale": "log", "y_scale": "linear",
+               "x_label": "memory of the trees", "y_label": "answered without the BVH"}}
+
+
+def point_id(chart, scene, variant):
+    return f"point-{chart}-{scene}-{variant}"
+
+
+def scatter(chart, scene):
+    """One panel's points, or None where nothing of it was measured."""
+    look, points = LOOK[chart], []
+    for row in scene["variants"]:
+        if not is_configuration(row) or row[look["x"]] is None or row[look["y"]] is None:
+            continue
+        if any(look[axis + "_scale"] == "log" and row[look[axis]] <= 0 for axis in "xy"):
+            continue
+        low, high = (row[k] for k in look.get("y_range", (look["y"], look["y"])))
+        points.append({
+            "id": point_id(chart, scene["name"], row["id"]), "variant": row["id"], "label": row["label"],
+            "depth": row["depth"], "samples": row["samples"], "x": row[look["x"]], "y": row[look["y"]],
+            "y_low": low, "y_high": high, "x_bound": row.get(look.get("x_bound")), "y_bound": row.get(look.get("y_bound")),
+            "area": row.get(look.get("area")), "wrong_rate": row["wrong_rate"], "wrong_bound_95": row["wrong_bound_95"]})
+    if not points:
+        return None
+    return {"id": f"{chart}-{scene['name']}", "chart": chart, "scene": scene["name"], "title": scene["title"],
+            "points": points, "frontier": frontier(points) if chart == "speedup" else [],
+            **{k: look[k] for k in ("x_label", "y_label", "x_scale", "y_scale")}}
+
+
+def frontier(points):
+    """Variants that no other beats in speed-up and wrong rays at once; Embree itself (1, none wrong) is one to beat."""
+    best, chosen = 1.0, []
+    for p in sorted(points, key=lambda p: (p["x"], -p["y"])):
+        if p["y"] > best:
+            best = p["y"]
+            chosen.append(p["variant"])
+    return chosen
+
+
+def kinds(scene):
+    points = [{**{k: row[k] for k in ("kind", "depth", "samples", "label", "lookup_ns", "embree_ns", "embree_ns_minimum",
+                                      "embree_ns_maximum", "embree", "share")},
+               "id": point_id("kinds", scene["name"], f"{row['id']}-{row['kind']}"), "variant": row["id"],
+               "x": row["ns"], "x_low": row["ns_minimum"], "x_high": row["ns_maximum"]}
+              for row in scene["kinds"] if row["ns"] and row["embree_ns"] and is_configuration(row)]
+    if not points:
+        return None
+    return {"id": f"kinds-{scene['name']}", "chart": "kinds", "scene": scene["name"], "title": scene["title"],
+            "points": points, "x_label": "nanoseconds a segment", "x_scale": "log", "y_scale": "none"}
+
+
+def all_charts(scenes):
+    made = [scatter(chart, scene) for chart in LOOK for scene in scenes] + [kinds(scene) for scene in scenes]
+    return [chart for chart in made if chart]

@@ -1,0 +1,34 @@
+"""Figures as people read them. The exact value stands beside it in the page (data-v), in report.json and report.csv."""
+import math
+
+from figures import MIB
+
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+THIN = "\u202f"
+
+
+def significant(value, digits=3):
+    """Three digits that count; long numbers whole, in groups of three; tiny ones as a power of ten."""
+    if value == 0:
+        return "0"
+    size = math.floor(math.log10(abs(value)))
+    if size >= digits:
+        return whole(value)
+    if size < -4:
+        return f"{value / 10.0 ** size:.{digits - 1}f}×10{str(size).translate(SUPERSCRIPT)}"
+    return f"{value:.{max(0, digits - 1 - size)}f}"
+
+
+def whole(value):
+    return f"{round(value):,}".replace(",", THIN)
+
+
+FORMATS = {
+    "text": str, "count": whole, "number": significant, "seconds": significant, "ns": significant,
+    "ratio": lambda v: significant(v) + "×", "percent": lambda v: significant(v * 100) + "\u00a0%",
+    "mib": lambda v: significant(v / MIB), "millions": lambda v: significant(v / 1e6, 4),
+    "flag": lambda v: "yes" if v else "no"}
+
+
+def show(value, kind):
+    return FORMATS[kind](value)
