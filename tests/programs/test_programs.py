@@ -334,7 +334,7 @@ class Scene(Case):
 
 class EveryProgram(Case):
     def test_help_version_and_exit_codes(self):
-        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench", "vc-scene"):
+        for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench", "vc-scene", "vc-render"):
             self.assertIn("8  stale sidecar", self.run_program(program, "--help").stdout)
             self.assertRegex(self.run_program(program, "--version").stdout, r"^vcd \d+\.\d+\.\d+\n$")
             self.assertNotEqual(self.run_program(program, "--nonsense", code=1).stderr, "")

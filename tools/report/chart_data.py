@@ -1,5 +1,5 @@
 """Which points each chart shows. The drawing, the page and a test all take them from here."""
-from figures import is_configuration
+from figures import SINGLE, is_configuration
 
 LOOK = {
     "speedup": {"x": "wrong_rate", "y": "speedup", "x_scale": "rate", "y_scale": "linear", "y_range": ("speedup_low", "speedup_high"),
@@ -33,6 +33,7 @@ def scatter(chart, scene):
         return None
     return {"id": f"{chart}-{scene['name']}", "chart": chart, "scene": scene["name"], "title": scene["title"],
             "points": points, "frontier": frontier(points) if chart == "speedup" else [],
+            "single": next((r["speedup"] for r in scene["variants"] if r["id"] == SINGLE), None) if chart == "speedup" else None,
             **{k: look[k] for k in ("x_label", "y_label", "x_scale", "y_scale")}}
 
 

@@ -2,6 +2,7 @@
 import math
 
 MIB = 1024 * 1024
+SINGLE = "bvh-single"  # the BVH, ray by ray: what the paper compares with
 
 
 def divide(a, b):

@@ -1,5 +1,5 @@
 """Tables 1 and 2 of the paper, each figure beside the one measured here."""
-from figures import MIB, is_configuration
+from figures import MIB, SINGLE, is_configuration
 from tables import column
 
 PAIRS = [  # key here, key in the paper, factor from ours to the paper's unit, heading, format here
@@ -48,7 +48,7 @@ def table2(scene, paper):
             group = heading.split(",")[0] + ", of the BVH's"
             columns += [column(f"here_{OF_BVH[ours]}", "here", "ratio", group), column(f"paper_{OF_BVH[ours]}", "paper", "ratio", group)]
     for row in scene["variants"]:
-        if row["id"] != "bvh" and not is_configuration(row):
+        if row["id"] not in ("bvh", SINGLE) and not is_configuration(row):
             continue
         entry, made = entries.get(row["id"]), {"id": row["id"], "label": row["label"]}
         for ours, theirs, _, _ in PAIRS:

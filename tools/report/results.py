@@ -55,6 +55,8 @@ def load(folder):
     if data.get("format") != 1:
         refuse("format", f"this is {data.get('format')!r}, only 1 is known")
     check(data, ROOT, "", refuse)
+    if data.get("settings", {}).get("threads") == 0:  # all of them
+        data["settings"]["threads"] = data.get("machine", {}).get("threads", 0)
     if "scenes" not in data:
         refuse("scenes", "missing")
     for s, scene in enumerate(data["scenes"]):

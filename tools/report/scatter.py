@@ -16,6 +16,7 @@ def extent(charts, axis):
     for p in (p for c in charts for p in c["points"]):
         values += [p[axis], p[f"{axis}_bound"] if p.get(f"{axis}_bound") else p[axis]] if axis == "x" or p.get("y_bound") else []
         if axis == "y":
+            values += [c["single"] for c in charts if c.get("single")]
             values += [p["y"], p["y_low"] if p["y_low"] is not None else p["y"], p["y_high"] if p["y_high"] is not None else p["y"]]
     return [scaled(v, UNIT.get((charts[0]["chart"], axis))) for v in values]
 
@@ -125,6 +126,9 @@ def reference(canvas, chart, x, y):
     canvas.text(right - 179, 38, "Embree", "muted", 12.5)
     canvas.line([right - 118, right - 100], [38, 38], "frontier", 1.4, linestyle=(0, (4, 2.5)))
     canvas.text(right, 38, "Pareto frontier", "muted", 12.5, "right")
+    if chart["single"]:
+        canvas.line([LEFT, right], [y(chart["single"])] * 2, "muted", 1, gid="single", linestyle=(0, (1, 2)), zorder=2)
+        canvas.text(right, y(chart["single"]) + 9, "Embree, ray by ray", "muted", 11, "right")
     best = {p["variant"]: p for p in chart["points"]}
     corners = [best[v] for v in chart["frontier"]]
     xs, ys = [LEFT], [y(1)]

@@ -1,0 +1,153 @@
+"""vc-bench's run over scenes: what it measures, that it goes on where it stopped, and what it refuses."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from test_programs import BIN, Case, soup
+
+SMALL = ("--size", "24x16", "--repetitions", "1", "--trees", "2x16,3x81", "-q")
+SCENES = ("--scene", "forest,instances=4,species=2,leaves=30")
+
+
+class PaperRun(Case):
+    def setUp(self):
+        super().setUp()
+        self.leaves = self.mesh("leaves.obj", soup(40))
+        self.out = self.folder / "out"
+
+    def bench(self, *arguments, code=0, **options):
+        # The report has tests of its own, and a browser's patience.
+        environment = {**os.environ, "VCD_PYTHON": "/bin/true", **options.pop("env", {})}
+        return self.run_program("vc-bench", *arguments, *SMALL, "-o", self.out, code=code, env=environment, **options)
+
+    def results(self):
+        return json.loads((self.out / "results.json").read_text())
+
+    def test_measures_all_there_is_to_know_of_a_scene(self):
+        self.bench("--scene", f"leaves={self.leaves}", *SCENES)
+        results = self.results()
+        self.assertEqual([s["name"] for s in results["scenes"]], ["leaves", "forest"])
+        for scene in results["scenes"]:
+            self.assertEqual(scene["status"], "complete")
+            variants = {v["id"]: v for v in scene["variants"]}
+            self.assertEqual(set(variants), {"bvh", "bvh-single", "blank", "d2-n16", "d3-n81"})
+            for v in variants.values():
+                self.assertLessEqual(v["render_seconds"]["minimum"], v["render_seconds"]["median"])
+                self.assertGreater(v["shadow_seconds"]["median"], 0)
+            self.assertTrue(variants["blank"]["identical_image"])
+            self.assertEqual(variants["blank"]["max_difference"], 0)
+            # A blank sidecar answers only what passes every box by.
+            self.assertTrue(all(k["blocked"] == 0 for k in variants["blank"]["kinds"]))
+            for name in ("d2-n16", "d3-n81", "blank"):
+                v = variants[name]
+                for total, part in (("segments", "segments"), ("resolved_segments", "resolved"), ("wrong", "wrong")):
+                    self.assertEqual(v[total], sum(k[part] for k in v["kinds"]))
+                self.assertEqual(v["segments"], scene["shadow_segments"])
+                self.assertEqual(v["segments"], v["resolved_segments"] + v["fallback_segments"])
+                # Instances are asked in another order, which may find a blocker later.
+                self.assertLessEqual(v["tests"], variants["bvh"]["tests"] * (1.01 if scene["name"] == "forest" else 1))
+                for image in v["images"].values():
+                    self.assertTrue((self.out / image).read_bytes().startswith(b"\x89PNG"))
+            self.assertAlmostEqual(sum(k["share"] for k in scene["kinds"]), 1)
+            for kind in scene["kinds"]:
+                fastest = min(kind["embree"], key=lambda e: e["ns"]["median"])
+                self.assertEqual(kind["best_embree"], fastest["name"])
+                self.assertEqual([v["variant"] for v in kind["vcd"]], ["d2-n16", "d3-n81"])
+                for v in kind["vcd"]:
+                    self.assertEqual(v["segments"], kind["segments"])
+        ways = {e["name"] for e in results["scenes"][0]["kinds"][0]["embree"]}
+        self.assertEqual(ways, {f"rtcOccluded{w}{c}" for w in (1, 8, 16) for c in ("", ", coherent")})
+
+    def test_the_same_command_again_measures_nothing_again(self):
+        self.bench(*SCENES)
+        before, sidecars = self.results(), {p: p.stat().st_mtime_ns for p in (self.out / "sidecars").iterdir()}
+        self.bench(*SCENES)
+        self.assertEqual(before, self.results() | {"command": before["command"]})
+        self.assertEqual(sidecars, {p: p.stat().st_mtime_ns for p in (self.out / "sidecars").iterdir()})
+
+    def test_a_further_tree_is_added_and_all_are_timed_again_together(self):
+        self.bench(*SCENES)
+        first = {v["id"]: v for v in self.results()["scenes"][0]["variants"]}
+        self.run_program("vc-bench", *SCENES, *SMALL[:-2], "2x16,3x81,3x16", "-q", "-o", self.out, env={**os.environ, "VCD_PYTHON": "/bin/true"})
+        second = {v["id"]: v for v in self.results()["scenes"][0]["variants"]}
+        self.assertEqual(set(second) - set(first), {"d3-n16"})
+        self.assertEqual(first["d3-n81"]["bake_seconds"], second["d3-n81"]["bake_seconds"])
+        self.assertNotEqual(first["d3-n81"]["render_seconds"], second["d3-n81"]["render_seconds"])
+
+    def test_goes_on_after_being_killed(self):
+        environment = {**os.environ, "VCD_PYTHON": "/bin/true"}
+        for wait in (0.15, 0.3, 0.6):
+            process = subprocess.Popen([BIN / "vc-bench", "--scene", f"leaves={self.leaves}", *SCENES, *SMALL, "-o", self.out], env=environment,
+                                       stderr=subprocess.DEVNULL)
+            time.sleep(wait)
+            process.send_signal(signal.SIGKILL)
+            process.wait()
+        self.bench("--scene", f"leaves={self.leaves}", *SCENES)
+        self.assertEqual([s["status"] for s in self.results()["scenes"]], ["complete", "complete"])
+
+    def test_an_interruption_keeps_what_there_is_and_says_so(self):
+        process = subprocess.Popen([BIN / "vc-bench", "--scene", "sierpinski,level=5", "--trees", "6x256", "-q", "-o", self.out],
+                                   stderr=subprocess.PIPE, text=True)
+        time.sleep(1)
+        process.send_signal(signal.SIGINT)
+        self.assertEqual(process.wait(timeout=60), 4)
+        self.assertIn("interrupted", process.communicate()[1])
+        self.assertEqual(self.results()["scenes"][0]["status"], "partial")
+        self.assertEqual([p.name for p in (self.out / "sidecars").iterdir()], [])
+
+    def test_a_missing_mesh_in_a_resumed_run_keeps_earlier_results(self):
+        self.bench("--scene", f"leaves={self.leaves}", *SCENES)
+        before = self.results()
+        self.leaves.unlink()
+        done = self.bench("--scene", f"leaves={self.leaves}", *SCENES, code=9)
+        self.assertIn("leaves.obj", done.stderr)
+        after = self.results()
+        self.assertEqual(after["scenes"][0]["status"], "failed")
+        self.assertIn("leaves.obj", after["scenes"][0]["error"])
+        self.assertEqual(after["scenes"][0]["variants"], before["scenes"][0]["variants"])
+        self.assertEqual(after["scenes"][1], before["scenes"][1])
+
+    def test_a_mesh_that_changed_makes_the_kept_sidecars_stale(self):
+        self.bench("--scene", f"leaves={self.leaves}")
+        before = self.results()["scenes"][0]["variants"]
+        self.leaves.write_text(soup(41))
+        done = self.bench("--scene", f"leaves={self.leaves}", code=8)
+        self.assertIn("stale", done.stderr)
+        self.assertEqual(self.results()["scenes"][0]["variants"], before)
+
+    def test_results_of_other_settings_are_not_mixed_in(self):
+        self.bench(*SCENES)
+        before = (self.out / "results.json").read_bytes()
+        arguments = [a.replace("24x16", "30x20") for a in SMALL]
+        done = self.run_program("vc-bench", *SCENES, *arguments, "-o", self.out, code=7)
+        self.assertIn("settings", done.stderr)
+        self.assertEqual((self.out / "results.json").read_bytes(), before)
+
+    def test_refuses_wrong_requests_and_folders(self):
+        for text in ("sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
+            self.assertIn(text, self.bench("--scene", text, code=1).stderr)
+        self.run_program("vc-bench", "--trees", "5x17", "-o", self.out, code=1)
+        self.assertFalse(self.out.exists())
+        (self.folder / "file").write_text("")
+        self.run_program("vc-bench", *SCENES, "-o", self.folder / "file" / "out", code=2)
+        self.out.mkdir()
+        (self.out / "results.json").write_text("{}")
+        self.bench(*SCENES, code=3)
+
+    @unittest.skipUnless(shutil.which("setpriv") and os.geteuid() == 0, "needs root and setpriv to lose root's rights")
+    def test_an_unwritable_folder_is_found_out_before_any_work(self):
+        self.out.mkdir()
+        self.out.chmod(0o555)
+        self.folder.chmod(0o755)
+        done = subprocess.run(["setpriv", "--reuid=65534", "--clear-groups", BIN / "vc-bench", *SCENES, *SMALL, "-o", self.out],
+                              capture_output=True, text=True, timeout=60)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("results.json", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

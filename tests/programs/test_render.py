@@ -1,0 +1,97 @@
+"""vc-render as its users meet it: pictures, figures, and what it refuses."""
+import json
+import struct
+import subprocess
+import unittest
+
+from test_programs import BIN, Case, soup
+
+SMALL = ("--size", "24x16", "--pixel-samples", "2", "--light-samples", "16")
+TREE = ("--depth", "3", "--samples", "16")
+
+
+def png_size(path):
+    head = path.read_bytes()[:24]
+    return struct.unpack(">II", head[16:24]) if head.startswith(b"\x89PNG\r\n\x1a\n") else None
+
+
+class Render(Case):
+    def setUp(self):
+        super().setUp()
+        self.leaves = self.mesh("leaves.obj", soup(60))
+
+    def render(self, *arguments, **options):
+        return self.run_program("vc-render", *arguments, *SMALL, cwd=self.folder, **options)
+
+    def test_writes_every_view(self):
+        done = self.render(self.leaves, "--shadows", "both", "--views", "shaded,tests,fallback,difference", "--exr", *TREE, "-o", "out")
+        names = ["out-bvh.png", "out-vcd.png", "out-bvh-tests.png", "out-vcd-tests.png", "out-vcd-fallback.png", "out-difference.png"]
+        for name in names:
+            width, height = png_size(self.folder / name)
+            self.assertEqual(width, 24)
+            self.assertEqual(height > 16, "tests" in name or "fallback" in name, name)  # the scale stands below
+            self.assertIn(name, done.stdout)
+        for name in ("out-bvh.exr", "out-vcd.exr"):
+            self.assertEqual((self.folder / name).read_bytes()[:4], b"\x76\x2f\x31\x01")
+        self.assertEqual(self.files(), sorted(["leaves.obj", "out-bvh.exr", "out-vcd.exr", *names]))
+
+    def test_a_sidecar_beside_the_mesh_is_used_and_else_one_is_baked(self):
+        self.assertIn("baking one", self.render(self.leaves, *TREE).stderr)
+        self.assertEqual(self.files(), ["leaves-vcd.png", "leaves.obj"])
+        self.run_program("vc-bake", self.leaves, "-q", *TREE)
+        self.assertEqual(self.render(self.leaves).stderr, "")
+
+    def test_json_says_what_the_text_says(self):
+        report = json.loads(self.render("sierpinski", "--level", "3", "--shadows", "both", "--views", "shaded,tests", *TREE,
+                                        "--format", "json", "-q").stdout)
+        bvh, vcd = report["variants"]
+        self.assertEqual((bvh["shadows"], vcd["shadows"]), ("bvh", "vcd"))
+        self.assertEqual(report["triangles"], 256)
+        self.assertEqual(bvh["shadow_segments"], vcd["shadow_segments"])
+        self.assertLess(vcd["tests"], bvh["tests"])
+        self.assertLessEqual(vcd["resolved"], vcd["shadow_segments"])
+        self.assertGreaterEqual(report["difference"]["maximum"], report["difference"]["rmse"])
+
+    def test_same_picture_for_any_number_of_threads(self):
+        for threads in (1, 3):
+            self.render("forest", "--instances", "5", "--species", "2", "--leaves", "40", "--shadows", "bvh", "-q", "-j", threads, "-o", f"t{threads}")
+        self.assertEqual((self.folder / "t1-bvh.png").read_bytes(), (self.folder / "t3-bvh.png").read_bytes())
+
+    def test_several_meshes_stand_together(self):
+        other = self.mesh("other.obj", soup(20, seed=2))
+        report = json.loads(self.render(self.leaves, other, "--shadows", "bvh", "--format", "json", "-q").stdout)
+        self.assertEqual((report["triangles"], report["instances"]), (80, 2))
+
+    def test_a_sidecar_of_another_mesh_is_stale(self):
+        _, sidecar = self.baked()
+        done = self.render(self.leaves, "--sidecar", sidecar, code=8)
+        self.assertIn("leaves.obj", done.stderr)
+        self.assertIn("stale", done.stderr)
+        self.assertNotIn("leaves-vcd.png", self.files())
+
+    def test_refuses_what_makes_no_sense_before_any_work(self):
+        self.render(self.leaves, "--views", "difference", "--shadows", "vcd", code=1)
+        self.render("sierpinski", "hairball", code=1)
+        self.run_program("vc-render", self.leaves, "--size", "10by10", code=1)
+        self.assertIn("none.obj", self.render(self.folder / "none.obj", code=2).stderr)
+        self.assertIn("does not exist", self.render(self.leaves, "-o", "nowhere/x", code=1).stderr)
+        self.assertEqual(self.files(), ["leaves.obj"])
+
+    def test_a_scene_too_large_for_memory_is_refused_at_once(self):
+        done = self.render("hairball", "--strands", "100000000", "--segments", "100", code=4)
+        self.assertIn("too large for this machine", done.stderr)
+
+    def test_an_interruption_leaves_nothing_behind(self):
+        process = subprocess.Popen([BIN / "vc-render", "sierpinski", "--level", "6", "--size", "2000x2000", "--shadows", "bvh", "-q"],
+                                   cwd=self.folder, stderr=subprocess.PIPE, text=True)
+        try:
+            process.wait(timeout=1.5)
+        except subprocess.TimeoutExpired:
+            process.terminate()
+        self.assertEqual(process.wait(timeout=60), 4)
+        self.assertIn("stopped", process.communicate()[1])
+        self.assertEqual(self.files(), ["leaves.obj"])
+
+
+if __name__ == "__main__":
+    unittest.main()
