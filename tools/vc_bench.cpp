@@ -127,7 +127,7 @@ int main(int argc, char** argv) {
   app.add_flag("--quick", options.quick, "Small scenes, pictures and trees: some minutes instead of a night");
   app.add_option("--scene", options.scenes,
                  "[NAME=]SCENE|MESH[,KEY=VALUE]..., again for each: sierpinski, hairball, forest or a mesh file, with keys up,\n"
-                 "turn, level, strands, segments, sides, instances, species, leaves (default: the three generated ones)")
+                 "turn, level, strands, segments, sides, instances, species, leaves, seed (default: the three generated ones)")
       ->type_name("SCENE")
       ->allow_extra_args(false);
   app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")->type_name("DIR");

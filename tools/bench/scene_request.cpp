@@ -15,13 +15,14 @@ bool set_number(const std::string& text, Number& target) {
 bool set_option(const std::string& key, const std::string& value, SceneOptions& o) {
   if (key == "up") return value.size() == 1 && value[0] >= 'x' && value[0] <= 'z' && (o.up = value[0], true);
   if (key == "turn") return set_number(value, o.turn_degrees);
-  if (key == "level") return set_number(value, o.level) && o.level <= 12;
-  if (key == "strands") return set_number(value, o.hairball.strands) && o.hairball.strands > 0;
-  if (key == "segments") return set_number(value, o.hairball.segments) && o.hairball.segments > 0;
-  if (key == "sides") return set_number(value, o.hairball.sides) && o.hairball.sides >= 3;
-  if (key == "instances") return set_number(value, o.forest.instances) && o.forest.instances > 0;
-  if (key == "species") return set_number(value, o.forest.species) && o.forest.species >= 1 && o.forest.species <= 4;
-  if (key == "leaves") return set_number(value, o.forest.leaves) && o.forest.leaves > 0;
+  if (key == "level") return set_number(value, o.generated.level) && o.generated.level <= 12;
+  if (key == "strands") return set_number(value, o.generated.hairball.strands) && o.generated.hairball.strands > 0;
+  if (key == "segments") return set_number(value, o.generated.hairball.segments) && o.generated.hairball.segments > 0;
+  if (key == "sides") return set_number(value, o.generated.hairball.sides) && o.generated.hairball.sides >= 3;
+  if (key == "instances") return set_number(value, o.generated.forest.instances) && o.generated.forest.instances > 0;
+  if (key == "species") return set_number(value, o.generated.forest.species) && o.generated.forest.species >= 1 && o.generated.forest.species <= 4;
+  if (key == "seed") return set_number(value, o.generated.hairball.seed) && (o.generated.forest.seed = o.generated.hairball.seed, true);
+  if (key == "leaves") return set_number(value, o.generated.forest.leaves) && o.generated.forest.leaves > 0;
   return false;
 }
 
@@ -37,7 +38,7 @@ Result<SceneRequest> parse_scene_request(const std::string& text, const SceneOpt
     const std::string key = head.substr(comma + 1, equals - comma - 1), value = head.substr(equals + 1);
     if (!set_option(key, value, request.options))
       return Error{ErrorCode::usage, text + ": \"" + key + "=" + value +
-                                         "\" is not one of up, turn, level, strands, segments, sides, instances, species, leaves "
+                                         "\" is not one of up, turn, level, strands, segments, sides, instances, species, leaves, seed "
                                          "with a value in range"};
     head.resize(comma);
   }

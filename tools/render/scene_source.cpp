@@ -4,23 +4,10 @@
 
 #include <vcd/baker/ingest.h>
 
-#include "common/memory.h"
 #include "common/program.h"
 
 namespace vcd {
 namespace {
-
-// Source triangles and positions of a generated mesh, before anything else is made of it.
-constexpr uint64_t kGeneratedBytesPerTriangle = 100;
-
-Result<scenes::Scene> generate(const std::string& name, const SceneOptions& options) {
-  const uint64_t triangles = name == "sierpinski" ? uint64_t{4} << 2 * options.level
-                             : name == "hairball" ? scenes::hairball_triangles(options.hairball)
-                                                  : scenes::forest_mesh_triangles_bound(options.forest);
-  if (auto error = check_memory(name, triangles * kGeneratedBytesPerTriangle)) return *error;
-  if (name == "sierpinski") return scenes::sierpinski(options.level);
-  return name == "hairball" ? scenes::hairball(options.hairball) : scenes::forest(options.forest);
-}
 
 // One mesh stands as around() puts it; several stand together as around() would put the box of them all.
 Result<scenes::Scene> from_files(const std::vector<std::string>& paths, const SceneOptions& options, bool quiet,
@@ -59,24 +46,11 @@ Result<scenes::Scene> from_files(const std::vector<std::string>& paths, const Sc
 }  // namespace
 
 void add_scene_options(CLI::App& app, SceneOptions& options) {
-  const auto add = [&](const char* name, auto& value, const char* what, uint64_t low, uint64_t high) {
-    app.add_option(name, value, what)->check(CLI::Range(low, high))->group("Scene");
-  };
-  add("--level", options.level, "sierpinski: levels; 4^(level + 1) triangles (default: 8)", 0, 12);
-  add("--strands", options.hairball.strands, "hairball: hairs (default: 10000)", 1, 100000000);
-  add("--segments", options.hairball.segments, "hairball: segments of a hair (default: 24)", 1, 10000);
-  add("--sides", options.hairball.sides, "hairball: sides of a hair (default: 6)", 3, 64);
-  add("--instances", options.forest.instances, "forest: trees (default: 200)", 1, 1000000);
-  add("--species", options.forest.species, "forest: kinds of trees (default: 3)", 1, 4);
-  add("--leaves", options.forest.leaves, "forest: leaves of one tree, about (default: 8000)", 10, 10000000);
-  app.add_option("--up", options.up, "Mesh files: the axis that points up, x, y or z (default: y)")
+  add_generated_scene_options(app, options.generated, "--scene-seed");
+  app.add_option("--up", options.up, "The axis that points up, x, y or z (default: y)")
       ->check(CLI::IsMember({'x', 'y', 'z'}))
-      ->group("Scene");
-  app.add_option("--turn", options.turn_degrees, "Mesh files: degrees to turn the object on the spot (default: 0)")->group("Scene");
-}
-
-bool is_generated_scene(const std::string& name) {
-  return name == "sierpinski" || name == "hairball" || name == "forest";
+      ->group("Mesh files");
+  app.add_option("--turn", options.turn_degrees, "Degrees to turn the object on the spot (default: 0)")->group("Mesh files");
 }
 
 Result<World> load_world(const std::vector<std::string>& names, const SceneOptions& options, bool quiet) {
@@ -84,7 +58,7 @@ Result<World> load_world(const std::vector<std::string>& names, const SceneOptio
   if (generated && names.size() > 1)
     return Error{ErrorCode::usage, names[1] + ": a generated scene is drawn alone"};
   std::vector<std::string> sources;
-  auto scene = generated ? generate(names[0], options) : from_files(names, options, quiet, sources);
+  auto scene = generated ? generate_scene(names[0], options.generated) : from_files(names, options, quiet, sources);
   if (!scene) return scene.error();
   sources.resize(scene->meshes.size(), names[0]);
   return build_world(std::move(*scene), sources);

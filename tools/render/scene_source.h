@@ -4,26 +4,19 @@
 #include <string>
 #include <vector>
 
-#include <vcd/scenes/generate.h>
-
-#include <CLI/CLI.hpp>
-
+#include "generated_scene.h"
 #include "world.h"
 
 namespace vcd {
 
 struct SceneOptions {
-  uint32_t level = 8;
-  scenes::HairballOptions hairball;
-  scenes::ForestOptions forest;
-  char up = 'y';
-  double turn_degrees = 0;
+  GeneratedSceneOptions generated;
+  char up = 'y';             // of mesh files
+  double turn_degrees = 0;   // likewise
 };
 
-// --level, --strands, --segments, --sides, --instances, --species, --leaves, --up, --turn.
+// Those of generated scenes (--scene-seed for the seed), --up and --turn.
 void add_scene_options(CLI::App& app, SceneOptions& options);
-
-bool is_generated_scene(const std::string& name);  // sierpinski, hairball, forest
 
 // What the arguments name: one generated scene, or mesh files, which stand together in the frame that they share.
 // Errors: usage; those of ingest_isolated(), prepare() and build_world(). Notes of what a file left out are printed unless
