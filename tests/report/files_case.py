@@ -66,9 +66,20 @@ class Files(Case):
                 for e in kind["vcd"]:
                     row = by[kind["kind"], e["variant"]]
                     self.assertAlmostEqual(row["ratio"], best / e["ns"]["median"])
+                    self.assertAlmostEqual(row["single_ratio"], kind["embree"][0]["ns"]["median"] / e["ns"]["median"])
                     self.assertAlmostEqual(row["wrong_rate"], e["wrong"] / e["segments"])
                     self.assertAlmostEqual(row["wrong_resolved_rate"], e["wrong_resolved"] / e["resolved"])
                     self.assertGreater(row["wrong_resolved_bound_95"], row["wrong_resolved_rate"])
+
+    def test_tracing_ray_by_ray_has_its_line(self):
+        self.make()
+        report = json.loads((self.folder / "report.json").read_text())
+        charts = {c["scene"]: c for c in report["charts"] if c["chart"] == "speedup"}
+        for scene in fixture.results()["scenes"]:
+            shadow = {v["id"]: v.get("shadow_seconds") for v in scene["variants"]}
+            if shadow.get("bvh-single"):
+                self.assertAlmostEqual(charts[scene["name"]]["single"], shadow["bvh"]["median"] / shadow["bvh-single"]["median"])
+                self.assertIn("single-speedup-" + scene["name"], (self.folder / "charts" / f"speedup-{scene['name']}.svg").read_text())
 
     def test_the_bound_is_poissons(self):
         from figures import upper_bound_95

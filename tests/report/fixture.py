@@ -72,6 +72,7 @@ def scene(name, gain):
             {"id": "bvh", "label": "BVH", "render_seconds": timing(bvh + 1.2, rng), "shadow_seconds": timing(bvh, rng), "tests": 303_800_000,
              "images": {view: f"images/{name}-bvh-{view}.png" for view in ("shaded", "tests")}},
             *configurations,
+            {"id": "bvh-single", "label": "BVH, ray by ray", "render_seconds": timing(bvh * 2 + 1.2, rng), "shadow_seconds": timing(bvh * 2, rng)},
             {"id": "blank", "label": "all cells unclassified", "render_seconds": timing(bvh * 1.04 + 1.2, rng),
              "shadow_seconds": timing(bvh * 1.04, rng), "identical_image": True}],
         "kinds": [kind(rng, k, configurations) for k in KINDS]}

@@ -90,6 +90,7 @@ def kind_rows(scene):
     for kind in scene["kinds"]:
         best = next((e for e in kind.get("embree", []) if e.get("name") == kind.get("best_embree")), {})
         embree = timing(best, "ns")
+        single = next((timing(e, "ns")[0] for e in kind.get("embree", []) if e.get("name") == "rtcOccluded1"), None)
         for item in kind.get("vcd", []):
             variant = variants.get(item.get("variant"), {"id": item.get("variant", "unknown")})
             look_up, whole = timing(item, "lookup_ns"), timing(item, "ns")
@@ -98,8 +99,15 @@ def kind_rows(scene):
                 "depth": variant.get("depth"), "samples": variant.get("samples"), "share": kind.get("share"),
                 "embree": best.get("name"), "embree_ns": embree[0], "embree_ns_minimum": embree[1],
                 "embree_ns_maximum": embree[2], "lookup_ns": look_up[0], "ns": whole[0], "ns_minimum": whole[1],
-                "ns_maximum": whole[2], "ratio": divide(embree[0], whole[0]), **counts(item)})
+                "ns_maximum": whole[2], "ratio": divide(embree[0], whole[0]),
+                "single_ratio": divide(single, whole[0]), **counts(item)})
     return rows
+
+
+def way_rows(scene):
+    """What each of Embree's ways takes for segments of one kind."""
+    return [{"id": kind["kind"], "label": kind["kind"], "segments": kind.get("segments"), "best": kind.get("best_embree"),
+             **{e.get("name"): timing(e, "ns")[0] for e in kind.get("embree", [])}} for kind in scene["kinds"]]
 
 
 def image_kind_rows(scene):
@@ -119,7 +127,7 @@ def scene_figures(scene):
         "bvh_memory_bytes": scene.get("bvh", {}).get("memory_bytes"),
         "packets_bvh": scene.get("packets", {}).get("bvh"), "packets_vcd": scene.get("packets", {}).get("vcd"),
         "variants": [variant_row(scene, v, bvh) for v in scene["variants"]],
-        "kinds": kind_rows(scene), "image_kinds": image_kind_rows(scene)}
+        "kinds": kind_rows(scene), "ways": way_rows(scene), "image_kinds": image_kind_rows(scene)}
 
 
 def short_setting(results):

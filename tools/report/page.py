@@ -92,7 +92,7 @@ bound. {axes}</p>
 <p>Segments recorded from the images, one kind at a time. The bar above is the fastest of Embree’s ways on just
 these segments; a small hollow mark is the look-up alone, the filled one look-up with Embree as fallback. Left is faster. The numbers at the left are sample rays a cell.
 In the tables the kinds are called {escape(kinds)}.</p>
-{charted("kinds")}{parts.table(tables["image-kinds"], folded=True)}</section>
+{charted("kinds")}{parts.table(tables["ways"], folded=True)}{parts.table(tables["image-kinds"], folded=True)}</section>
 <section id="pictures"><h2>Pictures</h2>
 <p>Each opens on the BVH’s picture and that of the configuration with the most wrong rays.</p>
 <div class="compares">{"".join(compares)}</div></section>

@@ -127,8 +127,8 @@ def reference(canvas, chart, x, y):
     canvas.line([right - 118, right - 100], [38, 38], "frontier", 1.4, linestyle=(0, (4, 2.5)))
     canvas.text(right, 38, "Pareto frontier", "muted", 12.5, "right")
     if chart["single"]:
-        canvas.line([LEFT, right], [y(chart["single"])] * 2, "muted", 1, gid="single", linestyle=(0, (1, 2)), zorder=2)
-        canvas.text(right, y(chart["single"]) + 9, "Embree, ray by ray", "muted", 11, "right")
+        canvas.line([LEFT, right], [y(chart["single"])] * 2, "muted", 1, gid=f"single-{chart['id']}", linestyle=(0, (1, 2)), zorder=2)
+        canvas.text(right, y(chart["single"]) + 9, "Embree, ray by ray", "muted", 12, "right")
     best = {p["variant"]: p for p in chart["points"]}
     corners = [best[v] for v in chart["frontier"]]
     xs, ys = [LEFT], [y(1)]
@@ -136,7 +136,7 @@ def reference(canvas, chart, x, y):
         xs += [x(p["x"])] * 2
         ys += [ys[-1], y(p["y"])]
     if corners:
-        canvas.line([*xs, right], [*ys, ys[-1]], "frontier", 1.4, gid="frontier", linestyle=(0, (4, 2.5)), zorder=2)
+        canvas.line([*xs, right], [*ys, ys[-1]], "frontier", 1.4, gid=f"frontier-{chart['id']}", linestyle=(0, (4, 2.5)), zorder=2)
 
 
 def whiskers(canvas, p, px, py, x, y, colour, size):

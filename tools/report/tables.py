@@ -72,10 +72,20 @@ def by_kind(rows):
 
 def kinds_table(scenes):
     return table("kinds", "Time and answers by kind of segment", "Configuration", [
-        column("kind", "Kind", "text"), column("segments", "Segments", "count"), column("embree", "Fastest way of Embree", "text"),
+        column("kind", "Kind", "text"), column("segments", "Segments", "count"),
         column("embree_ns", "Embree", "ns", "ns a segment"), column("lookup_ns", "look-up", "ns", "ns a segment"),
-        column("ns", "with fallback", "ns", "ns a segment"), column("ratio", "Embree ÷ ours", "ratio"), *COUNTED],
+        column("ns", "with fallback", "ns", "ns a segment"), column("ratio", "of Embree's fastest", "ratio", "Embree ÷ ours"),
+        column("single_ratio", "of rtcOccluded1", "ratio", "Embree ÷ ours"), *COUNTED],
         [(s, by_kind(s["kinds"])) for s in scenes])
+
+
+WAYS = [(f"rtcOccluded{width}{flag}", label) for width in (1, 8, 16) for flag, label in (("", "plain"), (", coherent", "coherent"))]
+
+
+def ways_table(scenes):
+    return table("ways", "Embree’s ways, nanoseconds a segment", "Kind", [
+        column("segments", "Segments", "count"), *(column(name, label, "ns", name.split(",")[0]) for name, label in WAYS),
+        column("best", "Fastest", "text")], [(s, s["ways"]) for s in scenes])
 
 
 def image_kinds_table(scenes):
@@ -93,4 +103,4 @@ def blank_table(scenes):
 
 
 def all_tables(scenes):
-    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, image_kinds_table, blank_table)]
+    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, ways_table, image_kinds_table, blank_table)]
