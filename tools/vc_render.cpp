@@ -125,11 +125,6 @@ class Program {
     return std::make_unique<SidecarShadows>(*world_, sidecars_->objects, packets);
   }
 
-  // What is open after the look-up is traced in one object at a time, where there are no instances.
-  std::vector<Packets> ways(const std::string& name) const {
-    return name == "bvh" ? world_->ways_to_trace() : all_packets(false);
-  }
-
   Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
     ProgressLine line(world_->name + " " + label, options_.common.quiet);
     RenderHooks hooks;
@@ -140,7 +135,7 @@ class Program {
 
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
-    variant.packets = fastest_packets(*world_, options_.render, ways(name), [&](Packets p) { return caster(name, p); });
+    variant.packets = fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return caster(name, p); });
     auto rendered = render_with(name, [&] { return caster(name, variant.packets); });
     if (!rendered) return rendered.error();
     variant.rendered = std::move(*rendered);

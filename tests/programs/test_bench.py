@@ -48,8 +48,7 @@ class PaperRun(Case):
                     self.assertEqual(v[total], sum(k[part] for k in v["kinds"]))
                 self.assertEqual(v["segments"], scene["shadow_segments"])
                 self.assertEqual(v["segments"], v["resolved_segments"] + v["fallback_segments"])
-                # Instances are asked in another order, which may find a blocker later.
-                self.assertLessEqual(v["tests"], variants["bvh"]["tests"] * (1.01 if scene["name"] == "forest" else 1))
+                self.assertLessEqual(v["tests"], variants["bvh"]["tests"])
                 for image in v["images"].values():
                     self.assertTrue((self.out / image).read_bytes().startswith(b"\x89PNG"))
             self.assertAlmostEqual(sum(k["share"] for k in scene["kinds"]), 1)

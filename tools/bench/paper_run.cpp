@@ -146,7 +146,7 @@ class SceneRun {
     if (!packets.is_object()) {
       const auto& last = open_[open_.size() - 2].sidecars.objects;
       packets["bvh"] = describe_packets(fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return bvh_caster(p); }));
-      packets["vcd"] = describe_packets(fastest_packets(*world_, options_.render, all_packets(false), [&](Packets p) { return vcd_caster(last, p); }));
+      packets["vcd"] = describe_packets(fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return vcd_caster(last, p); }));
     }
     bvh_packets_ = packets_of(packets["bvh"]);
     vcd_packets_ = packets_of(packets["vcd"]);

@@ -1,6 +1,7 @@
 #include "census.h"
 
 #include <algorithm>
+#include <optional>
 
 #include <vcd/format/line_cell.h>
 
@@ -60,16 +61,6 @@ class Census::Caster : public ShadowCaster {
   void cast_with_sidecars(const Bundle& bundle, std::span<uint8_t> blocked) {
     sidecars_->look_up(bundle, answers_);
     uint64_t tests = 0, open = 0;
-    decided_.assign(bundle.segments.size(), false);
-    sidecars_->visit_open([&](const SidecarShadows::Open& run) {
-      for (size_t k = 0; k < run.segments.size(); ++k) {
-        const uint16_t place = run.places[k];
-        if (answers_[place] == Visibility::blocked || decided_[place]) continue;
-        const auto count = census_.counter_.count_in_object(run.object, run.segments[k]);
-        tests += count.tests;
-        decided_[place] = count.occluded;
-      }
-    });
     sidecars_->cast(bundle, blocked);
     trace(census_.world_.shadow_casters(), census_.truth_, bundle.segments, truth_);
     for (size_t i = 0; i < bundle.segments.size(); ++i) {
@@ -78,6 +69,7 @@ class Census::Caster : public ShadowCaster {
       ++kind.segments;
       if (answered) ++kind.answered[answers_[i] == Visibility::blocked];
       open += !answered;
+      if (!answered) tests += census_.counter_.count(bundle.segments[i]).tests;
       kind.wrong += wrong;
       kind.wrong_answered += wrong && answered;
     }
@@ -98,7 +90,6 @@ class Census::Caster : public ShadowCaster {
   std::optional<SidecarShadows> sidecars_;
   std::vector<Visibility> answers_;
   std::vector<uint8_t> truth_;
-  std::vector<bool> decided_;
 };
 
 Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, Packets truth, size_t pixels)

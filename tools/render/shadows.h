@@ -1,8 +1,6 @@
 // Which shadow rays of a bundle are blocked: by Embree alone, or by sidecars with Embree for what they leave open.
 #pragma once
 
-#include <memory>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,7 +18,7 @@ inline constexpr size_t kMaxBundle = 1024;
 // Shadow rays from one point to samples of one light, neighbouring samples side by side. Segments run from t = 0 at the
 // point to t = 1 at the light, in the world's frame.
 struct Bundle {
-  std::span<const Segment> segments;
+  std::span<const Segment> segments;  // 1 … kMaxBundle
   uint32_t pixel;    // that they are cast for
   uint32_t surface;  // that the point lies on: an instance, or kGroundSurface
 };
@@ -45,47 +43,28 @@ class BvhShadows : public ShadowCaster {
   Packets packets_;
 };
 
-// Sidecars first. In a scene of instances the bundle as a whole is led through a hierarchy over their boxes; all look-ups come before
-// any tracing, since one blocked answer ends a segment; what stays open is traced instance by instance.
+// Sidecars first; what they leave open goes to Embree, as if there were none. In a scene of instances the bundle as a whole is
+// led through a hierarchy over their boxes, and each instance that it could meet is asked; one blocked answer ends a segment.
 class SidecarShadows : public ShadowCaster {
  public:
   // objects[i] answers for world.objects[i].
   SidecarShadows(const World& world, std::span<const Object> objects, Packets packets);
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override;
 
-  // The first half of cast(): what the sidecars say. answers[i] is unclassified where a segment has to be traced.
+  // The first half of cast(): what the sidecars say. answers[i] is unclassified where segments[i] has to be traced.
   void look_up(const Bundle& bundle, std::span<Visibility> answers);
 
-  // What look_up() left open: segments of one instance, in its object's frame.
-  struct Open {
-    uint32_t object;
-    std::span<const Segment> segments;
-    std::span<const uint16_t> places;  // of each in the bundle
-  };
-  template <class Visit>
-  void visit_open(const Visit& visit) const {
-    for (const Run& run : runs_)
-      visit(Open{run.object, std::span(open_).subspan(run.first, run.count), std::span(places_).subspan(run.first, run.count)});
-  }
-
  private:
-  struct Run {
-    uint32_t object;
-    size_t first, count;
-  };
-  void look_up_one(const Bundle& bundle, std::span<Visibility> answers);
   void look_up_instance(uint32_t instance, const Bundle& bundle, std::span<Visibility> answers);
 
   const World& world_;
   std::vector<Object> objects_;
   Packets packets_;
   InstanceTree instances_;
-  std::vector<Run> runs_;
-  std::vector<Segment> open_;
+  // Scratch: segments picked from the bundle, where they stand in it, and what was found of each.
+  std::vector<Segment> picked_;
   std::vector<uint16_t> places_;
-  std::vector<Visibility> answers_, instance_answers_;
-  std::vector<Segment> moved_;
-  std::vector<uint16_t> moved_places_;
+  std::vector<Visibility> answers_, picked_answers_;
   std::vector<uint8_t> traced_;
 };
 

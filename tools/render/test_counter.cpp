@@ -75,20 +75,12 @@ Result<TestCounter> TestCounter::build(const World& world) {
   return counter;
 }
 
-TestCounter::Count TestCounter::trace(RTCScene scene, const Segment& segment) {
+TestCounter::Count TestCounter::count(const Segment& segment) const {
   CountingContext context{{}, 0};
   rtcInitIntersectContext(&context.embree);
   RTCRay ray = to_ray(segment);
-  rtcOccluded1(scene, &context.embree, &ray);
+  rtcOccluded1(instances_ ? instances_.get() : objects_[0].get(), &context.embree, &ray);
   return {context.tests, ray.tfar < 0};
-}
-
-TestCounter::Count TestCounter::count(const Segment& segment) const {
-  return trace(instances_ ? instances_.get() : objects_[0].get(), segment);
-}
-
-TestCounter::Count TestCounter::count_in_object(uint32_t object, const Segment& segment) const {
-  return trace(objects_[object].get(), segment);
 }
 
 }  // namespace vcd

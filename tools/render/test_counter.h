@@ -20,12 +20,9 @@ class TestCounter {
     uint64_t tests = 0;
     bool occluded = false;
   };
-  Count count(const Segment& segment) const;                         // against all that casts shadows
-  Count count_in_object(uint32_t object, const Segment& segment) const;  // in the object's frame
+  Count count(const Segment& segment) const;  // against all that casts shadows
 
  private:
-  static Count trace(RTCScene scene, const Segment& segment);
-
   std::vector<RTCScenePointer> objects_;
   RTCScenePointer instances_;
 };
