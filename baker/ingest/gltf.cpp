@@ -9,6 +9,7 @@
 #include "ingest/gltf_buffers.h"
 #include "ingest/gltf_document.h"
 #include "ingest/gltf_left_out.h"
+#include "ingest/gltf_nodes.h"
 #include "ingest/gltf_primitive.h"
 
 namespace vcd {
@@ -27,6 +28,7 @@ class GltfReader {
   Ingested read() {
     for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
     if (ingested_.meshes.empty()) fail_invalid("no triangle to bake: " + summary());
+    if (options_.placements) read_placements(document_, ingested_);
     return std::move(ingested_);
   }
 

@@ -30,6 +30,8 @@ class GltfDocument {
 
   size_t count(const char* array) const { return root().array(array).size(); }
   const nlohmann::json& array(const char* name) const { return root().array(name); }
+  // A top-level index, such as ("scene"); nothing where it is absent.
+  std::optional<uint32_t> index(const char* key) const { return root().index(key); }
   // One element of a top-level array, such as ("accessors", 3). Throws where there is none.
   GltfObject element(const char* array, uint32_t index) const;
   bool uses_extension(const std::string& name) const;  // listed as used or as required

@@ -65,6 +65,9 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
   }
   Result<Ingested> result = read(path, options);
   if (!result) return result;
+  if (options.placements && read != ingest_gltf) {
+    for (uint32_t i = 0; i < result->meshes.size(); ++i) result->placements.push_back({.mesh = i});
+  }
   if (std::optional<Error> fault = check_ingested(path, *result)) return *std::move(fault);
   return result;
 } catch (const std::bad_alloc&) {

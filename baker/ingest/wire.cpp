@@ -9,12 +9,15 @@
 #include <type_traits>
 #include <vector>
 
+#include "ingest/gltf_nodes.h"
+
 namespace vcd {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
-// source_index, positions, triangles) and the notes (count; strings); kEnd. All numbers are uint64_t; a
-// string or array is its count, then its items.
+// source_index, positions, triangles), the notes (count; strings) and the placements (array); kEnd.
+// All numbers are uint64_t; a string or array is its count, then its items as they are in memory.
+static_assert(sizeof(Placement) == 13 * 4, "no padding, whose bytes would be anyone's");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
 constexpr uint64_t kEnd = 0x646E'4573'6873'656D;
 constexpr size_t kChunk = size_t{1} << 30;  // one call moves at most 2 GiB
@@ -94,7 +97,7 @@ bool write_ingested(Writer& writer, const Ingested& ingested) {
   }
   ok = ok && writer.number(ingested.notes.size());
   for (const std::string& note : ingested.notes) ok = ok && writer.items(note);
-  return ok;
+  return ok && writer.items(ingested.placements);
 }
 
 bool read_ingested(Reader& reader, Ingested& ingested) {
@@ -117,6 +120,10 @@ bool read_ingested(Reader& reader, Ingested& ingested) {
     std::string note;
     if (!reader.items(note)) return false;
     ingested.notes.push_back(std::move(note));
+  }
+  if (!reader.items(ingested.placements)) return false;
+  for (const Placement& placement : ingested.placements) {
+    if (placement.mesh >= ingested.meshes.size() || why_not_invertible(placement.transform)) return false;
   }
   return true;
 }

@@ -27,11 +27,13 @@ Ingested two_meshes() {
   in.meshes.push_back({"Größe", 7, {{0, 0, 0}, {1, 0, -0.0f}, {0, 1, 1e-45f}}, {{0, 1, 2}, {2, 1, 0}}});
   in.meshes.push_back({"", 9, {{5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {{0, 1, 2}}});
   in.notes = {"one", "", "three"};
+  in.placements = {{.mesh = 1}, {.mesh = 0, .transform = {-1, 0, 0, 5, 0, 2, 0, 6, 0, 0, 3, 7}}};
   return in;
 }
 
 bool equal(const Ingested& a, const Ingested& b) {
-  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes) return false;
+  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes || a.placements != b.placements)
+    return false;
   for (size_t i = 0; i < a.meshes.size(); ++i) {
     const SourceMesh& p = a.meshes[i];
     const SourceMesh& q = b.meshes[i];
@@ -216,6 +218,16 @@ TEST(Isolate, ACorruptResultIsNotBelieved) {
   result = run_isolated(kName, {}, [&] { return Result<Ingested>(broken); });
   ASSERT_FALSE(result.ok());
   EXPECT_NE(result.error().message.find("mesh 7 \"Größe\": position 1 is not finite"), std::string::npos);
+}
+
+TEST(Isolate, ACorruptPlacementIsNotBelieved) {
+  for (const Placement& placement :
+       {Placement{.mesh = 2}, Placement{.transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0}},
+        Placement{.transform = {1, 0, 0, std::numeric_limits<float>::infinity(), 0, 1, 0, 0, 0, 0, 1, 0}}}) {
+    Ingested broken = two_meshes();
+    broken.placements[1] = placement;
+    expect_fault({}, [&] { return Result<Ingested>(broken); }, {"without a whole result"});
+  }
 }
 
 class IsolateFiles : public test::MeshFiles {};

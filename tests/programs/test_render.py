@@ -62,6 +62,14 @@ class Render(Case):
         report = json.loads(self.render(self.leaves, other, "--shadows", "bvh", "--format", "json", "-q").stdout)
         self.assertEqual((report["triangles"], report["instances"]), (80, 2))
 
+    def test_the_nodes_of_a_file_place_its_meshes(self):
+        options = ("--instances", "5", "--species", "2", "--leaves", "40")
+        self.run_program("vc-scene", "forest", *options, "-q", "-o", self.folder / "forest.glb")
+        placed, made = (json.loads(self.render(*scene, "--shadows", "bvh", "--format", "json", "-q").stdout)
+                        for scene in (("forest.glb",), ("forest", *options)))
+        self.assertEqual(placed["instances"], made["instances"])
+        self.assertEqual(placed["triangles"], made["triangles"])
+
     def test_a_sidecar_of_another_mesh_is_stale(self):
         _, sidecar = self.baked()
         done = self.render(self.leaves, "--sidecar", sidecar, code=8)

@@ -1,6 +1,8 @@
 // Mesh files to triangles.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,11 +16,26 @@ struct IngestOptions {
   // Bake alpha-masked, blended, transmissive, skinned and morphed parts as if they were opaque and rigid, as they
   // stand in the file. By default they are left out, with a note for each.
   bool treat_all_as_opaque = false;
+  // Read where the default scene's nodes put the meshes. Off: placements stays empty, and defects of nodes are without
+  // consequence.
+  bool placements = false;
+};
+
+// One mesh in one place.
+struct Placement {
+  uint32_t mesh = 0;  // index into Ingested::meshes
+  // Row-major 3 x 4, mesh frame -> scene frame; column 3 is the translation. Finite and invertible; may mirror.
+  std::array<float, 12> transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+  bool operator==(const Placement&) const = default;
 };
 
 struct Ingested {
   std::vector<SourceMesh> meshes;  // at least one; each has at least one triangle, finite positions, indices in range
   std::vector<std::string> notes;  // what was left out or passed over, one sentence each, naming mesh and primitive
+  // If asked for: where the meshes stand in the scene, a mesh in any number of places. Empty, with a note, if a glTF
+  // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is.
+  std::vector<Placement> placements;
 };
 
 // Reads one mesh file: .glb, .gltf (2.0), .drc, .obj, .ply, .stl or .off, told apart by its extension (any case).

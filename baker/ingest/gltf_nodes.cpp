@@ -1,0 +1,249 @@
+#include "ingest/gltf_nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace vcd {
+
+using nlohmann::json;
+
+namespace {
+
+using Matrix = std::array<double, 12>;  // row-major 3 x 4, as Placement::transform
+constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+// What `inner` does, then what `outer` does.
+Matrix product(const Matrix& outer, const Matrix& inner) {
+  Matrix result;
+  for (size_t row = 0; row < 12; row += 4) {
+    for (size_t column = 0; column < 4; ++column) {
+      result[row + column] = outer[row] * inner[column] + outer[row + 1] * inner[4 + column] +
+                             outer[row + 2] * inner[8 + column] + (column == 3 ? outer[row + 3] : 0);
+    }
+  }
+  return result;
+}
+
+// Finite: a number that a double cannot hold makes the whole JSON malformed.
+template <size_t kCount>
+std::array<double, kCount> numbers_or(const GltfObject& node, const char* key,
+                                      const std::array<double, kCount>& missing) {
+  if (!node.has(key)) return missing;
+  const json& entries = node.array(key);
+  if (entries.size() != kCount) {
+    node.fail(std::string(key) + " has " + std::to_string(entries.size()) + " numbers instead of " +
+              std::to_string(kCount));
+  }
+  std::array<double, kCount> numbers;
+  for (size_t i = 0; i < kCount; ++i) {
+    if (!entries[i].is_number()) node.fail(std::string(key) + " holds something else than a number");
+    numbers[i] = entries[i].get<double>();
+  }
+  return numbers;
+}
+
+Matrix given_matrix(const GltfObject& node) {
+  for (const char* key : {"translation", "rotation", "scale"}) {
+    if (node.has(key)) node.fail(std::string("has both a matrix and a ") + key);
+  }
+  const auto m = numbers_or<16>(node, "matrix", {});  // column-major
+  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
+    node.fail("the last row of its matrix is not 0, 0, 0, 1");
+  return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
+}
+
+Matrix local_transform(const GltfObject& node) {
+  if (node.has("matrix")) return given_matrix(node);
+  const auto t = numbers_or<3>(node, "translation", {0, 0, 0});
+  const auto q = numbers_or<4>(node, "rotation", {0, 0, 0, 1});
+  const auto s = numbers_or<3>(node, "scale", {1, 1, 1});
+  // The quaternions of files are rounded; dividing by the length makes them turn and nothing else.
+  const double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  if (!std::isnormal(length2)) node.fail("rotation is not a unit quaternion");
+  const double f = 2 / length2;
+  const auto [x, y, z, w] = q;
+  const std::array<double, 3> row_x = {1 - f * (y * y + z * z), f * (x * y - z * w), f * (x * z + y * w)};
+  const std::array<double, 3> row_y = {f * (x * y + z * w), 1 - f * (x * x + z * z), f * (y * z - x * w)};
+  const std::array<double, 3> row_z = {f * (x * z - y * w), f * (y * z + x * w), 1 - f * (x * x + y * y)};
+  return {row_x[0] * s[0], row_x[1] * s[1], row_x[2] * s[2], t[0],  //
+          row_y[0] * s[0], row_y[1] * s[1], row_y[2] * s[2], t[1],  //
+          row_z[0] * s[0], row_z[1] * s[1], row_z[2] * s[2], t[2]};
+}
+
+std::array<float, 12> to_float(const Matrix& matrix) {
+  std::array<float, 12> rounded;
+  // A double beyond float's range must not be cast; infinity says as much.
+  std::transform(matrix.begin(), matrix.end(), rounded.begin(), [](double value) {
+    return std::fabs(value) <= std::numeric_limits<float>::max() ? static_cast<float>(value)
+                                                                 : std::numeric_limits<float>::infinity();
+  });
+  return rounded;
+}
+
+class NodeReader {
+ public:
+  NodeReader(const GltfDocument& document, Ingested& ingested)
+      : document_(document), ingested_(ingested), nodes_(document.count("nodes")) {
+    for (uint32_t i = 0; i < ingested.meshes.size(); ++i)
+      mesh_of_source_.emplace(ingested.meshes[i].source_index, i);
+  }
+
+  void read() {
+    find_parents();
+    sort_parents_first();
+    mark_roots_of_scene();
+    for (const uint32_t index : parents_first_) find_transform(index);
+    for (uint32_t index = 0; index < nodes_.size(); ++index) {
+      if (nodes_[index].in_scene) place(index);
+    }
+    if (ingested_.placements.empty()) note("no node of the default scene places a mesh");
+  }
+
+ private:
+  struct Node {
+    std::optional<uint32_t> parent;
+    bool in_scene = false;
+    Matrix to_scene = kIdentity;  // once it and its ancestors have been read
+  };
+
+  GltfObject node(uint32_t index) const {
+    const GltfObject unnamed = document_.element("nodes", index);
+    const std::string name = unnamed.text_or("name", "");
+    if (name.empty()) return unnamed;
+    return GltfObject(document_.array("nodes")[index], unnamed.place() + " " + quoted(name));
+  }
+
+  // The node that an entry of owner[list] stands for.
+  uint32_t node_index(const json& entry, const GltfObject& owner, const char* list) const {
+    if (!entry.is_number_unsigned()) owner.fail(std::string(list) + " holds something else than an index");
+    const uint64_t index = entry.get<uint64_t>();
+    if (index >= nodes_.size()) {
+      owner.fail(std::string(list) + ": node " + std::to_string(index) + " does not exist, the file has " +
+                 std::to_string(nodes_.size()));
+    }
+    return static_cast<uint32_t>(index);
+  }
+
+  void find_parents() {
+    for (uint32_t index = 0; index < nodes_.size(); ++index) {
+      const GltfObject parent = node(index);
+      for (const json& entry : parent.array("children")) {
+        const uint32_t child = node_index(entry, parent, "children");
+        if (const std::optional<uint32_t>& other = nodes_[child].parent) {
+          node(child).fail("is a child of node " + std::to_string(*other) + " and again of node " +
+                           std::to_string(index));
+        }
+        nodes_[child].parent = index;
+      }
+    }
+  }
+
+  // As each node has one parent at most, what cannot be reached from a node without one hangs on a cycle.
+  void sort_parents_first() {
+    for (uint32_t index = 0; index < nodes_.size(); ++index) {
+      if (!nodes_[index].parent) parents_first_.push_back(index);
+    }
+    for (size_t i = 0; i < parents_first_.size(); ++i) {
+      for (const json& child : node(parents_first_[i]).array("children"))
+        parents_first_.push_back(child.get<uint32_t>());
+    }
+    if (parents_first_.size() < nodes_.size()) fail_for_a_cycle();
+  }
+
+  [[noreturn]] void fail_for_a_cycle() const {
+    std::vector<bool> passed(nodes_.size());
+    for (const uint32_t index : parents_first_) passed[index] = true;
+    auto index = static_cast<uint32_t>(std::find(passed.begin(), passed.end(), false) - passed.begin());
+    for (; !passed[index]; index = *nodes_[index].parent) passed[index] = true;
+    node(index).fail("is its own ancestor");
+  }
+
+  void mark_roots_of_scene() {
+    const std::optional<uint32_t> chosen = document_.index("scene");
+    if (!chosen && document_.count("scenes") == 0) {
+      for (Node& each : nodes_) each.in_scene = !each.parent;
+      return;
+    }
+    const GltfObject scene = document_.element("scenes", chosen.value_or(0));
+    for (const json& entry : scene.array("nodes")) {
+      const uint32_t root = node_index(entry, scene, "nodes");
+      if (nodes_[root].parent) {
+        node(root).fail("is a root of " + scene.place() + " and a child of node " +
+                        std::to_string(*nodes_[root].parent));
+      }
+      nodes_[root].in_scene = true;
+    }
+  }
+
+  void find_transform(uint32_t index) {
+    Node& here = nodes_[index];
+    if (here.parent) here.in_scene = nodes_[*here.parent].in_scene;
+    if (!here.in_scene) return;
+    const Matrix local = local_transform(node(index));
+    here.to_scene = here.parent ? product(nodes_[*here.parent].to_scene, local) : local;
+  }
+
+  void place(uint32_t index) {
+    const GltfObject here = node(index);
+    const std::optional<uint32_t> source = here.index("mesh");
+    if (!source) return;
+    if (*source >= document_.count("meshes")) {
+      here.fail("mesh " + std::to_string(*source) + " does not exist, the file has " +
+                std::to_string(document_.count("meshes")));
+    }
+    const auto mesh = mesh_of_source_.find(*source);
+    if (mesh == mesh_of_source_.end()) return;  // a note has said why
+    if (here.extension("EXT_mesh_gpu_instancing")) {
+      note(here.place() + " left out: its instances (EXT_mesh_gpu_instancing) are not read");
+      return;
+    }
+    const Placement placement{mesh->second, to_float(nodes_[index].to_scene)};
+    if (const char* reason = why_not_invertible(placement.transform)) {
+      note(here.place() + " left out: " + reason);
+    } else {
+      ingested_.placements.push_back(placement);
+    }
+  }
+
+  void note(std::string sentence) { ingested_.notes.push_back(std::move(sentence)); }
+
+  const GltfDocument& document_;
+  Ingested& ingested_;
+  std::unordered_map<uint32_t, uint32_t> mesh_of_source_;
+  std::vector<Node> nodes_;
+  std::vector<uint32_t> parents_first_;
+};
+
+}  // namespace
+
+void read_placements(const GltfDocument& document, Ingested& ingested) {
+  NodeReader(document, ingested).read();
+}
+
+const char* why_not_invertible(const std::array<float, 12>& transform) {
+  const auto m = [&](size_t row, size_t column) { return double{transform[4 * row + column]}; };
+  double determinant = 0;  // the volume of the unit cube's image, negative if mirrored
+  double volume = 1;       // what it would be if the edges had stayed orthogonal
+  for (size_t i = 0; i < 3; ++i) {
+    const size_t j = (i + 1) % 3, k = (i + 2) % 3;
+    determinant += m(0, i) * (m(1, j) * m(2, k) - m(1, k) * m(2, j));
+    volume *= std::sqrt(m(0, i) * m(0, i) + m(1, i) * m(1, i) + m(2, i) * m(2, i));
+  }
+  const double size = std::fabs(determinant);
+  const bool finite =
+      std::all_of(transform.begin(), transform.end(), [](float f) { return std::isfinite(f); });
+  if (!finite || size > std::numeric_limits<float>::max())
+    return "its transform is not finite in single precision";
+  // A zero scale between two rotations comes out as what rounding leaves of it.
+  constexpr double kRounding = 4 * std::numeric_limits<float>::epsilon();
+  if (size < std::numeric_limits<float>::min() || size <= kRounding * volume) return "its scale is zero";
+  return nullptr;
+}
+
+}  // namespace vcd

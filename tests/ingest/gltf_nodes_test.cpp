@@ -1,0 +1,306 @@
+// Where the nodes of a glTF file put its meshes, and which nodes are refused.
+#include <vcd/baker/ingest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "gltf_builder.h"
+
+namespace vcd::test {
+namespace {
+
+using Transform = std::array<float, 12>;
+constexpr Transform identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+const double half = std::sqrt(0.5);
+
+// (x, y, z) -> (-3 y + 1, 2 x + 2, 4 z + 3): scaled, then turned a quarter about z, then moved.
+const json turned = {
+    {"mesh", 0}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, half, half}}, {"scale", {2, 3, 4}}};
+constexpr Transform turned_transform = {0, -3, 0, 1, 2, 0, 0, 2, 0, 0, 4, 3};
+
+class GltfNodes : public GltfTest {
+ protected:
+  // square_file() with these nodes, and no scene.
+  static GltfBuilder with_nodes(const json& nodes) {
+    GltfBuilder builder = square_file();
+    builder.document["nodes"] = nodes;
+    return builder;
+  }
+  Ingested read(const GltfBuilder& builder, IngestOptions options = {.placements = true}) {
+    const Result<Ingested> result = ingest(write("file.gltf", builder.embedded()), options);
+    if (result) return *result;
+    ADD_FAILURE() << result.error().message;
+    return {};
+  }
+  void expect_transforms(const json& nodes, const std::vector<Transform>& expected) {
+    const Ingested ingested = read(with_nodes(nodes));
+    ASSERT_EQ(ingested.placements.size(), expected.size());
+    for (size_t i = 0; i < expected.size(); ++i) {
+      for (size_t k = 0; k < 12; ++k)
+        EXPECT_NEAR(ingested.placements[i].transform[k], expected[i][k], 1e-6)
+            << "placement " << i << ", " << k;
+    }
+  }
+  void expect_refused(const GltfBuilder& builder, const std::string& reason) {
+    const Result<Ingested> result = ingest(write("file.gltf", builder.embedded()), {.placements = true});
+    ASSERT_FALSE(result.ok()) << "accepted";
+    EXPECT_EQ(result.error().code, ErrorCode::invalid_file);
+    EXPECT_NE(result.error().message.find(reason), std::string::npos) << result.error().message;
+  }
+  void expect_left_out(const json& node, const std::string& note) {
+    const Ingested ingested = read(with_nodes({{{"mesh", 0}}, node}));
+    EXPECT_EQ(ingested.placements, std::vector<Placement>{{}});
+    EXPECT_EQ(ingested.notes, std::vector<std::string>{note});
+  }
+};
+
+TEST_F(GltfNodes, TranslationRotationAndScaleAgreeWithAMatrix) {
+  expect_transforms({turned, {{"mesh", 0}, {"matrix", {0, 2, 0, 0, -3, 0, 0, 0, 0, 0, 4, 0, 1, 2, 3, 1}}}},
+                    {turned_transform, turned_transform});
+}
+
+TEST_F(GltfNodes, RotationsTurnCounterClockwiseAboutTheirAxis) {
+  expect_transforms({{{"mesh", 0}, {"rotation", {half, 0, 0, half}}},
+                     {{"mesh", 0}, {"rotation", {0, half, 0, half}}},
+                     {{"mesh", 0}, {"rotation", {0.5, 0.5, 0.5, 0.5}}},
+                     {{"mesh", 0}, {"rotation", {0, 0, 2, 2}}}},  // its length has no say
+                    {{1, 0, 0, 0, 0, 0, -1, 0, 0, 1, 0, 0},
+                     {0, 0, 1, 0, 0, 1, 0, 0, -1, 0, 0, 0},
+                     {0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0},
+                     {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0}});
+}
+
+TEST_F(GltfNodes, EachPartHasItsDefault) {
+  expect_transforms(
+      {{{"mesh", 0}}, {{"mesh", 0}, {"translation", {7, 8, 9}}}, {{"mesh", 0}, {"scale", {2, 3, 4}}}},
+      {identity, {1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9}, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0}});
+}
+
+TEST_F(GltfNodes, AMirroredScaleIsKept) {
+  expect_transforms({{{"mesh", 0}, {"scale", {-1, 1, 1}}}}, {{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}});
+}
+
+TEST_F(GltfNodes, ChildrenStandInTheirParentsFrame) {
+  json parent = turned;
+  parent.erase("mesh");
+  parent["children"] = {0};
+  expect_transforms({{{"mesh", 0}, {"translation", {1, 0, 0}}, {"scale", {1, 2, 1}}}, parent},
+                    {{0, -6, 0, 1, 2, 0, 0, 4, 0, 0, 4, 3}});
+}
+
+TEST_F(GltfNodes, DeepNestingNeitherOverflowsNorAddsUpRounding) {
+  json nodes;
+  constexpr uint32_t depth = 100'000;
+  for (uint32_t i = 0; i < depth; ++i) nodes.push_back({{"translation", {0.1, 0, 0}}, {"children", {i + 1}}});
+  nodes[depth - 1].erase("children");
+  nodes[depth - 1]["mesh"] = 0;
+  const Ingested ingested = read(with_nodes(nodes));
+  ASSERT_EQ(ingested.placements.size(), 1u);
+  EXPECT_EQ(ingested.placements[0].transform[3], 10'000.0f);
+}
+
+TEST_F(GltfNodes, OneMeshStandsUnderManyNodesInTheirOrder) {
+  GltfBuilder builder = square_file();
+  builder.add_mesh({builder.document["meshes"][0]["primitives"][0]});
+  builder.document["nodes"] = {
+      {{"mesh", 1}, {"children", {3}}}, {{"mesh", 0}}, {{"children", {1}}}, {{"mesh", 1}}};
+  const Ingested ingested = read(builder);
+  EXPECT_EQ(ingested.meshes.size(), 2u);
+  EXPECT_EQ(ingested.placements, (std::vector<Placement>{{1}, {0}, {1}}));
+  EXPECT_TRUE(ingested.notes.empty());
+}
+
+TEST_F(GltfNodes, MeshesAreCountedAsIngestReturnsThem) {
+  GltfBuilder builder = square_file();
+  const json primitive = builder.document["meshes"][0]["primitives"][0];
+  builder.document["meshes"][0]["primitives"][0]["mode"] = 0;  // points: left out
+  builder.add_mesh({primitive});
+  builder.document["nodes"] = {{{"mesh", 0}}, {{"mesh", 1}}};
+  const Ingested ingested = read(builder);
+  ASSERT_EQ(ingested.meshes.size(), 1u);
+  EXPECT_EQ(ingested.placements, std::vector<Placement>{{}});
+}
+
+TEST_F(GltfNodes, TheDefaultSceneIsDrawn) {
+  GltfBuilder builder = with_nodes({{{"mesh", 0}, {"translation", {1, 0, 0}}},
+                                    {{"children", {2}}},
+                                    {{"mesh", 0}, {"translation", {2, 0, 0}}},
+                                    {{"mesh", 0}, {"translation", {3, 0, 0}}}});
+  const auto shifts = [&] {
+    std::vector<float> x;
+    for (const Placement& placement : read(builder).placements) x.push_back(placement.transform[3]);
+    return x;
+  };
+  EXPECT_EQ(shifts(), (std::vector<float>{1, 2, 3}));  // no scenes: all
+  builder.document["scenes"] = {{{"nodes", {0}}}, {{"nodes", {1, 3}}}};
+  EXPECT_EQ(shifts(), (std::vector<float>{1}));
+  builder.document["scene"] = 1;
+  EXPECT_EQ(shifts(), (std::vector<float>{2, 3}));
+}
+
+TEST_F(GltfNodes, NothingPlacedIsNoted) {
+  for (const json& nodes : {json::array(), json::array({{{"camera", 0}}})}) {
+    const Ingested ingested = read(with_nodes(nodes));
+    EXPECT_EQ(ingested.meshes.size(), 1u);
+    EXPECT_TRUE(ingested.placements.empty());
+    EXPECT_EQ(ingested.notes, std::vector<std::string>{"no node of the default scene places a mesh"});
+  }
+}
+
+TEST_F(GltfNodes, ATransformThatCannotBeUndoneIsLeftOut) {
+  expect_left_out({{"mesh", 0}, {"name", "x"}, {"scale", {1, 0, 1}}},
+                  "node 1 \"x\" left out: its scale is zero");
+  expect_left_out({{"mesh", 0}, {"scale", {1e-20, 1e-20, 1}}}, "node 1 left out: its scale is zero");
+  for (const json& scale : {json{1e200, 1, 1}, json{1e20, 1e20, 1e20}}) {
+    expect_left_out({{"mesh", 0}, {"scale", scale}},
+                    "node 1 left out: its transform is not finite in single precision");
+  }
+}
+
+TEST_F(GltfNodes, AZeroScaleBetweenRotationsIsZero) {
+  const json askew = {0.1, 0.2, 0.3, 0.9};
+  const Ingested ingested = read(with_nodes(
+      {{{"rotation", askew}, {"scale", {1, 1, 0}}, {"children", {1}}}, {{"mesh", 0}, {"rotation", askew}}}));
+  EXPECT_TRUE(ingested.placements.empty());
+  ASSERT_EQ(ingested.notes.size(), 2u);
+  EXPECT_EQ(ingested.notes[0], "node 1 left out: its scale is zero");
+  // Flat, but not zero.
+  EXPECT_EQ(read(with_nodes({{{"mesh", 0}, {"rotation", askew}, {"scale", {1, 1, 1e-5}}}})).placements.size(),
+            1u);
+}
+
+TEST_F(GltfNodes, GpuInstancesAreLeftOut) {
+  expect_left_out(
+      {{"mesh", 0}, {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", json::object()}}}}}},
+      "node 1 left out: its instances (EXT_mesh_gpu_instancing) are not read");
+}
+
+struct Defect {
+  const char* name;
+  std::function<void(json&)> bend;  // of a document with the nodes 0 "root" -> 1 and 2, all in scene 0
+  const char* reason;
+};
+
+const std::vector<Defect> defects = {
+    {"cycle", [](json& d) { d["nodes"][1]["children"] = {0}; }, "node 0 \"root\": is its own ancestor"},
+    {"own child", [](json& d) { d["nodes"][2]["children"] = {2}; }, "node 2: is its own ancestor"},
+    {"below a cycle",
+     [](json& d) {
+       d["nodes"] = {{{"mesh", 0}}, {{"children", {2}}}, {{"children", {0, 1}}}};
+       d.erase("scenes");
+     },
+     "node 2: is its own ancestor"},
+    {"two parents", [](json& d) { d["nodes"][2]["children"] = {1}; },
+     "node 1: is a child of node 0 and again of node 2"},
+    {"twice a child",
+     [](json& d) {
+       d["nodes"][0]["children"] = {1, 1};
+     },
+     "node 1: is a child of node 0 and again"},
+    {"root with a parent",
+     [](json& d) {
+       d["scenes"][0]["nodes"] = {0, 1};
+     },
+     "node 1: is a root of scene 0 and a child of node 0"},
+    {"no child", [](json& d) { d["nodes"][0]["children"] = {3}; },
+     "node 0 \"root\": children: node 3 does not exist, the file has 3"},
+    {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; },
+     "node 4294967296 does not exist"},
+    {"negative child", [](json& d) { d["nodes"][0]["children"] = {-1}; },
+     "node 0 \"root\": children holds something"},
+    {"children as text", [](json& d) { d["nodes"][0]["children"] = "all"; }, "children is not an array"},
+    {"no root", [](json& d) { d["scenes"][0]["nodes"] = {3}; }, "scene 0: nodes: node 3 does not exist"},
+    {"root as text", [](json& d) { d["scenes"][0]["nodes"] = {"0"}; }, "scene 0: nodes holds something"},
+    {"no scene", [](json& d) { d["scene"] = 1; }, "scene 1 does not exist"},
+    {"scene as text", [](json& d) { d["scene"] = "0"; }, "scene is not a non-negative integer"},
+    {"no mesh", [](json& d) { d["nodes"][1]["mesh"] = 1; }, "node 1: mesh 1 does not exist, the file has 1"},
+    {"mesh as text", [](json& d) { d["nodes"][1]["mesh"] = "0"; }, "node 1: mesh is not"},
+    {"node as text", [](json& d) { d["nodes"][1] = "0"; }, "node 1: is not a JSON object"},
+    {"short matrix",
+     [](json& d) {
+       d["nodes"][1]["matrix"] = {1, 2, 3};
+     },
+     "node 1: matrix has 3 numbers instead of 16"},
+    {"long scale",
+     [](json& d) {
+       d["nodes"][1]["scale"] = {1, 1, 1, 1};
+     },
+     "node 1: scale has 4 numbers instead of 3"},
+    {"short rotation",
+     [](json& d) {
+       d["nodes"][1]["rotation"] = {0, 0, 1};
+     },
+     "node 1: rotation has 3 numbers"},
+    {"scale as number", [](json& d) { d["nodes"][1]["scale"] = 2; }, "node 1: scale is not an array"},
+    {"translation of text",
+     [](json& d) {
+       d["nodes"][1]["translation"] = {0, "1", 0};
+     },
+     "node 1: translation holds something else than a number"},
+    {"null",
+     [](json& d) {
+       d["nodes"][1]["translation"] = {0, nullptr, 0};
+     },
+     "node 1: translation holds something"},
+    {"no rotation",
+     [](json& d) {
+       d["nodes"][1]["rotation"] = {0, 0, 0, 0};
+     },
+     "node 1: rotation is not a unit quaternion"},
+    {"projective",
+     [](json& d) { d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 0, 0, 0, 1}; },
+     "node 1: the last row of its matrix is not 0, 0, 0, 1"},
+    {"both",
+     [](json& d) {
+       d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+       d["nodes"][1]["scale"] = {1, 1, 1};
+     },
+     "node 1: has both a matrix and a scale"},
+};
+
+TEST_F(GltfNodes, DefectsAreRefusedIfPlacementsAreAskedForOnly) {
+  for (const Defect& defect : defects) {
+    SCOPED_TRACE(defect.name);
+    GltfBuilder builder = with_nodes({{{"name", "root"}, {"children", {1}}}, {{"mesh", 0}}, {{"mesh", 0}}});
+    builder.document["scenes"] = {{{"nodes", {0, 2}}}};
+    EXPECT_EQ(read(builder).placements.size(), 2u);
+    defect.bend(builder.document);
+    expect_refused(builder, defect.reason);
+    EXPECT_TRUE(read(builder, {}).placements.empty());
+  }
+}
+
+TEST_F(GltfNodes, NumbersBeyondDoubleAreRefused) {
+  std::string text = with_nodes({{{"mesh", 0}, {"translation", {12345, 0, 0}}}}).embedded();
+  text.replace(text.find("12345"), 5, "1e999");
+  const Result<Ingested> result = ingest(write("file.gltf", text), {.placements = true});
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(result.error().code, ErrorCode::invalid_file);
+}
+
+TEST_F(GltfNodes, OffByDefault) {
+  const Ingested ingested = read(with_nodes(json::array({turned})), {});
+  EXPECT_TRUE(ingested.placements.empty());
+  EXPECT_TRUE(ingested.notes.empty());
+}
+
+TEST_F(GltfNodes, PlacementsSurviveTheChildProcess) {
+  const auto path = write("file.gltf", with_nodes({turned, {{"mesh", 0}}}).embedded());
+  const Result<Ingested> direct = ingest(path, {.placements = true});
+  const Result<Ingested> isolated = ingest_isolated(path, {.placements = true});
+  ASSERT_TRUE(direct.ok() && isolated.ok());
+  EXPECT_EQ(isolated->placements.size(), 2u);
+  EXPECT_EQ(isolated->placements, direct->placements);
+}
+
+TEST_F(GltfNodes, OtherFormatsStandAsTheyAre) {
+  const auto path = write("file.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Result<Ingested> result = ingest(path, {.placements = true});
+  ASSERT_TRUE(result.ok());
+  EXPECT_EQ(result->placements, (std::vector<Placement>{{0, identity}}));
+  EXPECT_TRUE(ingest(path)->placements.empty());
+}
+
+}  // namespace
+}  // namespace vcd::test
