@@ -133,6 +133,7 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")->type_name("DIR");
   app.add_option("--trees", options.trees, "Trees to bake of each scene, DEPTHxSAMPLES with commas (default: 5x16,5x81,5x256,\n6x16 ... 7x256)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->type_name("TREES");
   app.add_option("--size", options.size, "Of the pictures (default: 300x200)")->type_name("WxH");
   app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default)")->check(CLI::Range(0, 1024));

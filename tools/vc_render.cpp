@@ -273,6 +273,7 @@ int main(int argc, char** argv) {
   app.add_option("--views", options.views, "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
                  "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}));
   app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")->type_name("PREFIX");
   app.add_flag("--exr", options.exr, "Write the shaded pictures as linear OpenEXR too");
@@ -284,7 +285,9 @@ int main(int argc, char** argv) {
   app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
   app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
   app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")->check(CLI::PositiveNumber);
-  app.add_option("--sidecar", options.sidecars, "Sidecars to use (default: MESH.vcd beside each mesh, else baked on the spot)")->type_name("FILE...");
+  app.add_option("--sidecar", options.sidecars, "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
+      ->allow_extra_args(false)
+      ->type_name("FILE");
   app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")->check(CLI::Range(1, 8));
   app.add_option("-s,--samples", options.bake.samples, "Its rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}));
   add_scene_options(app, options.scene);

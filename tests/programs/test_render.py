@@ -77,6 +77,12 @@ class Render(Case):
         self.assertIn("stale", done.stderr)
         self.assertNotIn("leaves-vcd.png", self.files())
 
+    def test_options_do_not_swallow_the_scene(self):
+        _, sidecar = self.baked()
+        mesh = self.folder / "tetrahedron.obj"
+        self.run_program("vc-render", "--views", "shaded,fallback", "--sidecar", sidecar, mesh, *SMALL, "-q", cwd=self.folder)
+        self.assertIn("tetrahedron-vcd-fallback.png", self.files())
+
     def test_refuses_what_makes_no_sense_before_any_work(self):
         self.render(self.leaves, "--views", "difference", "--shadows", "vcd", code=1)
         self.render("sierpinski", "hairball", code=1)
