@@ -47,10 +47,10 @@ Profile full_profile() {
 
 Profile quick_profile() {
   return {"quick",
-          {"sierpinski,level=6", "hairball,strands=2000,segments=12,sides=4", "forest,instances=100,leaves=1500,species=2"},
+          {"sierpinski,level=6", "hairball,strands=1000,segments=10,sides=3", "forest,instances=60,leaves=800,species=2"},
           {{4, 16}, {4, 81}, {4, 256}, {5, 16}},
-          150,
-          100,
+          96,
+          64,
           1 << 14};
 }
 

@@ -77,6 +77,21 @@ class PaperRun(Case):
         self.assertEqual(first["d3-n81"]["bake_seconds"], second["d3-n81"]["bake_seconds"])
         self.assertNotEqual(first["d3-n81"]["render_seconds"], second["d3-n81"]["render_seconds"])
 
+    def test_trees_of_an_earlier_run_stay_and_are_timed_again_with_the_new_one(self):
+        self.bench(*SCENES)
+        self.run_program("vc-bench", *SCENES, *SMALL[:-2], "2x81", "-q", "-o", self.out, env={**os.environ, "VCD_PYTHON": "/bin/true"})
+        scene = self.results()["scenes"][0]
+        self.assertEqual({v["id"] for v in scene["variants"] if "render_seconds" in v},
+                         {"bvh", "bvh-single", "blank", "d2-n16", "d3-n81", "d2-n81"})
+        self.assertEqual({v["variant"] for v in scene["kinds"][0]["vcd"]}, {"d2-n16", "d3-n81", "d2-n81"})
+
+    def test_a_scene_of_other_options_is_not_mixed_in(self):
+        self.bench(*SCENES)
+        before = self.results()["scenes"][0]["variants"]
+        done = self.bench("--scene", "forest,instances=6,species=2,leaves=30", code=7)
+        self.assertIn("instances", done.stderr)
+        self.assertEqual(self.results()["scenes"][0]["variants"], before)
+
     def test_goes_on_after_being_killed(self):
         environment = {**os.environ, "VCD_PYTHON": "/bin/true"}
         for wait in (0.15, 0.3, 0.6):
@@ -127,7 +142,7 @@ class PaperRun(Case):
         self.assertEqual((self.out / "results.json").read_bytes(), before)
 
     def test_refuses_wrong_requests_and_folders(self):
-        for text in ("sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
+        for text in ("my mesh.obj", "sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
             self.assertIn(text, self.bench("--scene", text, code=1).stderr)
         self.run_program("vc-bench", "--trees", "5x17", "-o", self.out, code=1)
         self.assertFalse(self.out.exists())

@@ -33,8 +33,13 @@ class SceneRun {
       : options_(options), request_(request), results_(results) {}
 
   std::optional<Error> run() {
+    if (scene().contains("request") && scene()["request"] != describe_request())
+      return Error{ErrorCode::difference, request_.name + ": measured with other options: " + scene()["request"].dump() + " there, " +
+                                              describe_request().dump() + " now; give it another name, or another folder with -o"};
+    scene()["request"] = describe_request();
     scene()["status"] = "partial";
     scene().erase("error");
+    add_measured_configurations();
     auto world = load_world(request_.source, request_.options, options_.quiet);
     if (!world) return world.error();
     world_.emplace(std::move(*world));
@@ -52,6 +57,32 @@ class SceneRun {
   Json& variant(const std::string& id) { return Results::variant(scene(), id); }
   fs::path sidecar_path(const std::string& id) const { return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd"); }
   std::string label(const std::string& what) const { return request_.name + ": " + what; }
+  Json describe_request() const {
+    const SceneOptions& o = request_.options;
+    const std::string& source = request_.source[0];
+    Json json{{"source", is_generated_scene(source) ? source : fs::path(source).filename().string()}};
+    if (source == "sierpinski") json["level"] = o.generated.level;
+    if (source == "hairball")
+      json.update({{"strands", o.generated.hairball.strands}, {"segments", o.generated.hairball.segments},
+                   {"sides", o.generated.hairball.sides}, {"seed", o.generated.hairball.seed}});
+    if (source == "forest")
+      json.update({{"instances", o.generated.forest.instances}, {"species", o.generated.forest.species},
+                   {"leaves", o.generated.forest.leaves}, {"seed", o.generated.forest.seed}});
+    if (!is_generated_scene(source)) json.update({{"up", std::string(1, o.up)}, {"turn", o.turn_degrees}});
+    return json;
+  }
+
+  // Trees of earlier runs stay in the comparison: all are timed together.
+  void add_measured_configurations() {
+    configurations_ = options_.configurations;
+    for (const Json& v : scene().value("variants", Json::array())) {
+      if (!v.contains("samples") || !v.contains("bake_seconds")) continue;
+      const Configuration c{v["depth"], v["samples"]};
+      if (std::none_of(configurations_.begin(), configurations_.end(), [&](const Configuration& o) { return o.id() == c.id(); }))
+        configurations_.push_back(c);
+    }
+  }
+
   Error stopped() const { return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"}; }
 
   void describe_world() {
@@ -73,13 +104,13 @@ class SceneRun {
       fs::create_directories(results_.folder() / folder, failed);
       if (failed) return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
     }
-    for (const Configuration& c : options_.configurations) {
+    for (const Configuration& c : configurations_) {
       BakeOptions bake;
       bake.depth = c.depth, bake.samples = c.samples;
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
     BakeOptions blank;
-    blank.depth = options_.configurations[0].depth, blank.blank = true;
+    blank.depth = configurations_[0].depth, blank.blank = true;
     return bake_variant(kBlank, blank);
   }
 
@@ -135,7 +166,7 @@ class SceneRun {
 
   std::optional<Error> open_all() {
     std::vector<std::string> ids;
-    for (const Configuration& c : options_.configurations) ids.push_back(c.id());
+    for (const Configuration& c : configurations_) ids.push_back(c.id());
     ids.push_back(kBlank);
     for (const std::string& id : ids) {
       auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
@@ -260,7 +291,6 @@ class SceneRun {
     for (const OpenVariant& v : open_) ids.push_back(v.id);
     if (std::all_of(ids.begin(), ids.end(), [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
       return std::nullopt;
-    for (Json& v : scene()["variants"]) v.erase("render_seconds"), v.erase("shadow_seconds");  // never beside those of another round
     std::vector<std::vector<double>> whole(ids.size()), shadow(ids.size());
     for (int r = 0; r < options_.repetitions; ++r)
       for (size_t i = 0; i < ids.size(); ++i) {
@@ -317,6 +347,7 @@ class SceneRun {
   const SceneRequest& request_;
   Results& results_;
   std::optional<World> world_;
+  std::vector<Configuration> configurations_;
   std::vector<OpenVariant> open_;
   std::optional<TestCounter> counter_;
   Packets bvh_packets_, vcd_packets_;

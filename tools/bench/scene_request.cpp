@@ -12,6 +12,9 @@ bool set_number(const std::string& text, Number& target) {
   return failure == std::errc{} && end == text.data() + text.size();
 }
 
+// What may stand in a file's name and in an element's id, wherever it is shown.
+constexpr const char* kNameCharacters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
+
 bool set_option(const std::string& key, const std::string& value, SceneOptions& o) {
   if (key == "up") return value.size() == 1 && value[0] >= 'x' && value[0] <= 'z' && (o.up = value[0], true);
   if (key == "turn") return set_number(value, o.turn_degrees);
@@ -45,8 +48,8 @@ Result<SceneRequest> parse_scene_request(const std::string& text, const SceneOpt
   const size_t equals = head.find('=');
   const std::string source = equals == std::string::npos ? head : head.substr(equals + 1);
   request.name = equals == std::string::npos ? std::filesystem::path(source).stem().string() : head.substr(0, equals);
-  if (source.empty() || request.name.empty() || request.name.find('/') != std::string::npos)
-    return Error{ErrorCode::usage, text + ": not [NAME=]SCENE|MESH[,KEY=VALUE]..."};
+  if (source.empty() || request.name.empty() || request.name.find_first_not_of(kNameCharacters) != std::string::npos || request.name[0] == '.' || request.name[0] == '-' || request.name[0] == '_')
+    return Error{ErrorCode::usage, text + ": not [NAME=]SCENE|MESH[,KEY=VALUE]... with a name of letters, digits, dots, dashes and underscores"};
   request.source = {source};
   return request;
 }

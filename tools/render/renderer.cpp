@@ -142,7 +142,7 @@ class Worker {
       if (at_surface <= 0 || at_light <= 0) continue;
       const float squared = dot(d, d);
       segments_[count] = {{origin.x, origin.y, origin.z}, 0, {d.x, d.y, d.z}, 1};
-      weights_[count++] = at_surface * at_light / (squared * squared);
+      weights_[count++] = at_surface / squared * (at_light / squared);
     }
     if (count == 0) return {};
     const auto segments = std::span(segments_).first(count);

@@ -110,9 +110,9 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
   for (const scenes::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
   if (auto error = check_memory(scene.name, triangles * kBytesPerTriangle)) return *error;
 
+  std::atomic<int64_t> bytes = 0;  // outlives the device, which counts in it
   RTCDevicePointer device(rtcNewDevice(nullptr));
   if (!device) return Error{ErrorCode::runtime, "Embree gives no device"};
-  std::atomic<int64_t> bytes = 0;
   rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, &bytes);
 
   World world;

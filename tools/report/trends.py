@@ -99,5 +99,7 @@ def all_trends(scenes, paper, remarks):
     for trend in trends:
         deviates = any(s["held_here"] < s["steps"] for s in trend["scenes"])
         trend["deviates"] = deviates
-        trend["remark"] = remarks.get(trend["id"]) if deviates else None
+        # The remarks were written about the paper's scenes.
+        explained = any(s["held_here"] < s["steps"] and s["scene"] in paper["table2"] for s in trend["scenes"])
+        trend["remark"] = remarks.get(trend["id"]) if explained else None
     return trends
