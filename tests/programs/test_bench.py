@@ -142,7 +142,7 @@ class PaperRun(Case):
         self.assertEqual((self.out / "results.json").read_bytes(), before)
 
     def test_refuses_wrong_requests_and_folders(self):
-        for text in ("my mesh.obj", "sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
+        for text in ("my mesh.obj", "a.obj,turn=nan", "sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
             self.assertIn(text, self.bench("--scene", text, code=1).stderr)
         self.run_program("vc-bench", "--trees", "5x17", "-o", self.out, code=1)
         self.assertFalse(self.out.exists())

@@ -1,4 +1,5 @@
 #include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "paper_run.h"
@@ -17,7 +18,7 @@ constexpr const char* kNameCharacters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklm
 
 bool set_option(const std::string& key, const std::string& value, SceneOptions& o) {
   if (key == "up") return value.size() == 1 && value[0] >= 'x' && value[0] <= 'z' && (o.up = value[0], true);
-  if (key == "turn") return set_number(value, o.turn_degrees);
+  if (key == "turn") return set_number(value, o.turn_degrees) && std::abs(o.turn_degrees) <= 3600;
   if (key == "level") return set_number(value, o.generated.level) && o.generated.level <= 12;
   if (key == "strands") return set_number(value, o.generated.hairball.strands) && o.generated.hairball.strands > 0;
   if (key == "segments") return set_number(value, o.generated.hairball.segments) && o.generated.hairball.segments > 0;

@@ -118,7 +118,9 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
   app.add_option("--up", options.up, "The axis that points up, x, y or z (default: y)")
       ->check(CLI::IsMember({'x', 'y', 'z'}))
       ->group("Mesh files");
-  app.add_option("--turn", options.turn_degrees, "Degrees to turn the object on the spot (default: 0)")->group("Mesh files");
+  app.add_option("--turn", options.turn_degrees, "Degrees to turn the object on the spot (default: 0)")
+      ->check(CLI::Range(-3600.0, 3600.0))
+      ->group("Mesh files");
 }
 
 Result<World> load_world(const std::vector<std::string>& names, const SceneOptions& options, bool quiet) {
