@@ -7,8 +7,10 @@
 #include <vcd/format/tree_statistics.h>
 
 #include <vcd/baker/sampled.h>
-#include "octree/octree.h"
 #include <vcd/baker/tracer.h>
+
+#include "classify/proven.h"
+#include "octree/octree.h"
 
 namespace vcd {
 
@@ -57,6 +59,22 @@ void count_tree(const TreeView& tree, ObjectRecord& record) {
   record.nodes_shared = statistics.nodes_shared;
 }
 
+// The paper's method as the recursion asks.
+class SampledCells : public CellClassifier {
+ public:
+  SampledCells(const Tracer& tracer, const BakeOptions& options)
+      : depth_(options.depth), classifier_(tracer, options.samples, options.seed) {}
+  uint32_t classify(const Cell& cell, Workspace& workspace) const override {
+    const CellVerdict verdict = classifier_.classify(cell, workspace.rays);
+    if (verdict != CellVerdict::mixed) return static_cast<uint32_t>(verdict);
+    return cell.level < depth_ ? kDeeper : kUnclassified;
+  }
+
+ private:
+  uint32_t depth_;
+  SampledClassifier classifier_;
+};
+
 Octree blank_octree(uint32_t depth) {
   const TreeShape shape = tree_shape(depth);
   Subtree unclassified;
@@ -92,9 +110,14 @@ Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
 
   auto tracer = Tracer::build(positions_in_grid(*mesh), mesh->triangles);
   if (!tracer) return Error{tracer.error().code, place + ": " + tracer.error().message};
-  *mesh = {};
 
-  const SampledClassifier classifier(*tracer, options.samples, options.seed);
+  std::unique_ptr<CellClassifier> classifier;
+  if (getenv("VCD_PROVEN")) {
+    const uint32_t tier = atoi(getenv("VCD_PROVEN"));
+    classifier = std::make_unique<ProvenClassifier>(*mesh, *tracer, ProvenOptions{options.depth, options.seed, tier});
+  }
+  else classifier = std::make_unique<SampledCells>(*tracer, options);
+  *mesh = {};
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
@@ -102,7 +125,7 @@ Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
     if (options.progress) options.progress({fraction, rays, seconds()});
   };
   auto octree = options.blank ? blank_octree(options.depth)
-                              : build_octree({classifier, options.depth, options.stop}, options.threads, on_progress);
+                              : build_octree({*classifier, options.depth, options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place + ": stopped"};
 
   object.arrays_->tree = std::move(octree->tree);

@@ -1,9 +1,9 @@
 #include "octree.h"
 
 #include <algorithm>
-#include <array>
-#include <numeric>
+#include <utility>
 
+#include <tbb/enumerable_thread_specific.h>
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/parallel_for.h>
@@ -16,32 +16,30 @@ namespace {
 // Top cells that travel through the pipeline together: many where each is little work.
 constexpr uint32_t batch_size(uint32_t depth) { return depth < 6 ? 16 : depth < 7 ? 4 : 1; }
 
+using Workspaces = tbb::enumerable_thread_specific<Workspace>;
+
 // Where an ancestor of the top cells decides, its class; kDeeper elsewhere. In the order of the top table.
 class Ancestors {
  public:
-  Ancestors(const CellSource& source, const TreeShape& shape)
-      : source_(source), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
-    std::array<uint64_t, kFacePairs> rays{};
-    tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) { visit({pair, 0, 0, 0, 0, 0}, kDeeper, rays[pair]); });
-    rays_ = std::accumulate(rays.begin(), rays.end(), uint64_t{0});
+  Ancestors(const CellSource& source, const TreeShape& shape, Workspaces& workspaces)
+      : classifier_(source.classifier), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
+    tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) { visit({pair, 0, 0, 0, 0, 0}, kDeeper, workspaces.local()); });
   }
   uint32_t operator[](uint32_t slot) const { return values_[slot]; }
-  uint64_t rays() const { return rays_; }
 
  private:
-  void visit(const Cell& cell, uint32_t value, uint64_t& rays) {
+  void visit(const Cell& cell, uint32_t value, Workspace& workspace) {
     if (cell.level == levels_) {
       values_[cell.pair << (4 * levels_) | row_major(cell.s, cell.t, cell.u, cell.v, 0, levels_)] = value;
       return;
     }
-    if (value == kDeeper) value = source_.classify(cell, rays);
-    for (uint32_t i = 0; i < 16; ++i) visit(cell.child(i), value, rays);
+    if (value == kDeeper) value = classifier_.classify(cell, workspace);
+    for (uint32_t i = 0; i < 16; ++i) visit(cell.child(i), value, workspace);
   }
 
-  const CellSource& source_;
+  const CellClassifier& classifier_;
   uint32_t levels_;
   std::vector<uint32_t> values_;
-  uint64_t rays_ = 0;
 };
 
 Cell top_cell(const TreeShape& shape, uint32_t slot) {
@@ -53,15 +51,20 @@ Cell top_cell(const TreeShape& shape, uint32_t slot) {
 std::optional<Octree> build(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
   const TreeShape shape = tree_shape(source.depth);
   const uint32_t total = shape.top_words();
-  const Ancestors ancestors(source, shape);
+  Workspaces workspaces;
+  const Ancestors ancestors(source, shape, workspaces);
   DagBuilder dag(source.depth);
-  uint64_t rays = ancestors.rays();
+  uint64_t rays = 0;
+  for (Workspace& workspace : workspaces) rays += std::exchange(workspace.rays, 0);
   uint32_t next = 0, done = 0;
   const uint32_t step = batch_size(source.depth);
   const auto stopped = [&] { return source.stop && source.stop(); };
   progress(0, total, rays);
 
-  using Batch = std::vector<Subtree>;
+  struct Batch {
+    std::vector<Subtree> subtrees;
+    uint64_t rays = 0;
+  };
   const auto hand_out = [&](tbb::flow_control& control) {
     const uint32_t first = next;
     if (first >= total || stopped()) control.stop();
@@ -70,21 +73,19 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
   };
   const auto classify = [&](uint32_t first) {
     Batch batch;
+    Workspace& workspace = workspaces.local();
     for (uint32_t slot = first; slot < std::min(first + step, total); ++slot) {
       const Cell cell = top_cell(shape, slot);
-      uint64_t cell_rays = 0;
-      const uint32_t value = ancestors[slot] == kDeeper ? source.classify(cell, cell_rays) : ancestors[slot];
-      batch.push_back(classify_subtree(source, cell, value));
-      batch.back().rays += cell_rays;
+      const uint32_t value = ancestors[slot] == kDeeper ? source.classifier.classify(cell, workspace) : ancestors[slot];
+      batch.subtrees.push_back(classify_subtree(source, cell, value, workspace));
     }
+    batch.rays = std::exchange(workspace.rays, 0);
     return batch;
   };
   const auto merge = [&](const Batch& batch) {
-    for (const Subtree& subtree : batch) {
-      dag.append(subtree);
-      rays += subtree.rays;
-    }
-    done += static_cast<uint32_t>(batch.size());
+    for (const Subtree& subtree : batch.subtrees) dag.append(subtree);
+    rays += batch.rays;
+    done += static_cast<uint32_t>(batch.subtrees.size());
     progress(done, total, rays);
   };
   using tbb::filter_mode;

@@ -7,8 +7,8 @@ namespace {
 
 class Builder {
  public:
-  Builder(const CellSource& source, Subtree& out)
-      : source_(source), out_(out), brick_level_(tree_shape(source.depth).levels - 2) {}
+  Builder(const CellSource& source, Workspace& workspace, Subtree& out)
+      : source_(source), workspace_(workspace), out_(out), brick_level_(tree_shape(source.depth).levels - 2) {}
 
   void visit(const Cell& cell, uint32_t value) {
     if (source_.stop && source_.stop()) return;
@@ -18,11 +18,13 @@ class Builder {
     }
     for (uint32_t i = 0; i < 16; ++i) {
       const Cell child = cell.child(i);
-      visit(child, value == kDeeper ? source_.classify(child, out_.rays) : value);
+      visit(child, value == kDeeper ? classify(child) : value);
     }
   }
 
  private:
+  uint32_t classify(const Cell& cell) { return source_.classifier.classify(cell, workspace_); }
+
   // Where a cell of the brick level stands below its top cell: a 256-way block, then a 16-way block.
   uint32_t brick_index(const Cell& c) const {
     const TreeShape shape = tree_shape(source_.depth);
@@ -36,10 +38,10 @@ class Builder {
     BrickWords words{};
     for (uint32_t i = 0; i < 16; ++i) {
       const Cell child = cell.child(i);
-      const uint32_t value = source_.classify(child, out_.rays);
+      const uint32_t value = classify(child);
       for (uint32_t j = 0; j < 16; ++j) {
         const Cell leaf = child.child(j);
-        const uint32_t leaf_value = value == kDeeper ? source_.classify(leaf, out_.rays) : value;
+        const uint32_t leaf_value = value == kDeeper ? classify(leaf) : value;
         const uint32_t at = row_major(leaf.s, leaf.t, leaf.u, leaf.v, 0, 2);
         words[at / 16] |= leaf_value << (2 * (at % 16));
       }
@@ -49,17 +51,18 @@ class Builder {
   }
 
   const CellSource& source_;
+  Workspace& workspace_;
   Subtree& out_;
   uint32_t brick_level_;
 };
 
 }  // namespace
 
-Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value) {
+Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace) {
   const TreeShape shape = tree_shape(source.depth);
   Subtree subtree;
   subtree.bricks.resize(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)));
-  Builder(source, subtree).visit(top, value);
+  Builder(source, workspace, subtree).visit(top, value);
   return subtree;
 }
 

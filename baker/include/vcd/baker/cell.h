@@ -15,8 +15,15 @@ struct Cell {
   Cell child(uint32_t i) const {
     return {pair, level + 1, 2 * s + (i >> 3), 2 * t + (i >> 2 & 1), 2 * u + (i >> 1 & 1), 2 * v + (i & 1)};
   }
+  Cell parent() const { return {pair, level - 1, s / 2, t / 2, u / 2, v / 2}; }
+
+  bool operator==(const Cell&) const = default;
 };
 
 enum class CellVerdict : uint8_t { clear = 0, blocked = 1, mixed = 2 };
+
+// Classes of cells as the file has them, and what the recursion knows beside them.
+inline constexpr uint32_t kClear = 0, kBlocked = 1, kUnclassified = 2, kStatisticallyBlocked = 3;
+inline constexpr uint32_t kDeeper = 4;  // mixed, and not yet at the deepest level
 
 }  // namespace vcd

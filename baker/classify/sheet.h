@@ -1,0 +1,56 @@
+// A sheet: the part of a surface that can be reached inside a shaft, and whether it blocks every line of it.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <vcd/baker/mesh.h>
+
+#include "classify/shaft.h"
+
+namespace vcd {
+
+class Surface {
+ public:
+  // neighbour: pair_edges() of the triangles. All three are copied.
+  Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles, std::vector<uint32_t> neighbour);
+
+  // One thread's memory of what a flood has reached.
+  class Flood {
+   public:
+    // Forgets what earlier floods have reached. For each shaft, before its first flood.
+    void begin(size_t triangles);
+    bool reached(uint32_t triangle) const { return stamps_[triangle] == stamp_; }       // by the last flood
+    bool reached_before(uint32_t triangle) const { return stamps_[triangle] >= first_; }  // by any since begin()
+
+   private:
+    friend class Surface;
+    struct Step {
+      float distance[2][kLanes];  // of the edge's ends from the shaft's planes
+      uint32_t outside[2];        // bit k: outside plane k
+      uint32_t vertex[2];
+      uint32_t triangle;  // entered across the edge
+    };
+    std::vector<uint32_t> stamps_;  // by triangle
+    uint32_t first_ = 1, stamp_ = 0;
+    std::vector<Step> stack_;
+  };
+
+  // Spreads from a triangle that was not reached before through every edge that meets the shaft. True if it ends at no
+  // boundary edge that meets the shaft and within `limit` triangles: then each segment between the shaft's two squares crosses the triangles reached
+  // an even number of times, or each an odd number (intersection numbers modulo 2: Guillemin and Pollack 1974, 2.4; as
+  // a test for occluders: Navazo et al. 2003).
+  // A flood that comes to what a failed one has reached fails too.
+  bool flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const;
+
+ private:
+  struct Vertex {
+    float x, y, z;
+  };
+  std::vector<Vertex> vertices_;
+  std::vector<TriangleIndices> triangles_;
+  std::vector<uint32_t> neighbour_;
+};
+
+}  // namespace vcd
