@@ -5,8 +5,6 @@
 #include <cmath>
 #include <cstdlib>
 
-#include "classify/lanes.h"
-
 namespace vcd {
 namespace {
 
@@ -25,7 +23,7 @@ double edge(const std::array<double, 3>& d, const std::array<double, 3>& p, cons
 Side side_of(const Line& line, const std::array<double, 3>& d, const TriangleCluster& cluster, uint32_t k, double& at) {
   std::array<double, 3> corner[3];
   for (int c = 0; c < 3; ++c)
-    for (int a = 0; a < 3; ++a) corner[c][static_cast<size_t>(a)] = cluster.corner[c][a][k] - line.from[static_cast<size_t>(a)];
+    for (size_t a = 0; a < 3; ++a) corner[c][a] = cluster.corner[c][a][k] - line.from[a];
   double volume[3];
   int positive = 0, negative = 0;
   for (int c = 0; c < 3; ++c) {
@@ -51,33 +49,21 @@ Side side_of(const Line& line, const std::array<double, 3>& d, const TriangleClu
 bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line, std::vector<Crossing>& into) {
   into.clear();
   std::array<double, 3> d;
-  int main = 0;
-  for (int a = 0; a < 3; ++a) {
-    d[static_cast<size_t>(a)] = line.to[static_cast<size_t>(a)] - line.from[static_cast<size_t>(a)];
-    if (std::abs(d[static_cast<size_t>(a)]) > std::abs(d[static_cast<size_t>(main)])) main = a;
+  uint32_t main = 0;
+  for (uint32_t a = 0; a < 3; ++a) {
+    d[a] = line.to[a] - line.from[a];
+    if (std::abs(d[a]) > std::abs(d[main])) main = a;
   }
   // Seen along the line, in single precision: triangles whose bounding rectangle does not hold the line are out. Each
   // coordinate is exact to 2^-13: four roundings of numbers below 2^9.2, slopes of at most 1.
   constexpr float kViewError = 0x1p-12f;
-  const int i = (main + 1) % 3, j = (main + 2) % 3;
-  const auto slope = [&](int a) { return static_cast<float>(d[static_cast<size_t>(a)] / d[static_cast<size_t>(main)]); };
-  const float from_main = static_cast<float>(line.from[static_cast<size_t>(main)]);
+  View view{main, (main + 1) % 3, (main + 2) % 3, {}, {}};
+  for (size_t a = 0; a < 3; ++a) view.from[a] = static_cast<float>(line.from[a]);
+  view.slope[0] = static_cast<float>(d[view.first] / d[main]);
+  view.slope[1] = static_cast<float>(d[view.second] / d[main]);
   bool sure = true;
   groups.for_each(candidates, [&](const TriangleCluster& cluster) {
-    Floats low[2], high[2];
-    int n = 0;
-    for (int a : {i, j}) {
-      const float from = static_cast<float>(line.from[static_cast<size_t>(a)]), rise = slope(a);
-      const auto seen = [&](int c) {
-        return (lanes(cluster.corner[c][a]) - from) - (lanes(cluster.corner[c][main]) - from_main) * rise;
-      };
-      const Floats x = seen(0), y = seen(1), z = seen(2);
-      const Floats xy_low = x < y ? x : y, xy_high = x < y ? y : x;
-      low[n] = xy_low < z ? xy_low : z;
-      high[n++] = xy_high < z ? z : xy_high;
-    }
-    const Ints near = (low[0] <= kViewError) & (low[1] <= kViewError) & (high[0] >= -kViewError) & (high[1] >= -kViewError);
-    for (uint32_t left = bits_of(near) & ((1u << cluster.count) - 1); left && sure; left &= left - 1) {
+    for (uint32_t left = triangles_around(view, cluster, kViewError); left && sure; left &= left - 1) {
       const auto k = static_cast<uint32_t>(std::countr_zero(left));
       double at = 0;
       const Side side = side_of(line, d, cluster, k, at);

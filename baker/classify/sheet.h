@@ -7,6 +7,7 @@
 
 #include <vcd/baker/mesh.h>
 
+#include "classify/kernels.h"
 #include "classify/shaft.h"
 
 namespace vcd {
@@ -26,15 +27,9 @@ class Surface {
 
    private:
     friend class Surface;
-    struct Step {
-      float distance[2][kLanes];  // of the edge's ends from the shaft's planes
-      uint32_t outside[2];        // bit k: outside plane k
-      uint32_t vertex[2];
-      uint32_t triangle;  // entered across the edge
-    };
     std::vector<uint32_t> stamps_;  // by triangle
     uint32_t first_ = 1, stamp_ = 0;
-    std::vector<Step> stack_;
+    std::vector<FloodStep> stack_;
   };
 
   // Spreads from a triangle that was not reached before through every edge that meets the shaft. True if it ends at no
@@ -45,10 +40,7 @@ class Surface {
   bool flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const;
 
  private:
-  struct Vertex {
-    float x, y, z;
-  };
-  std::vector<Vertex> vertices_;
+  std::vector<Position> vertices_;
   std::vector<TriangleIndices> triangles_;
   std::vector<uint32_t> neighbour_;
 };

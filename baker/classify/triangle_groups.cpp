@@ -6,8 +6,6 @@
 #include <limits>
 #include <numeric>
 
-#include "classify/lanes.h"
-
 namespace vcd {
 namespace {
 
@@ -78,37 +76,14 @@ Candidates TriangleGroups::all() const {
 }
 
 void TriangleGroups::select(const Shaft& shaft, const Candidates& from, Candidates& into) const {
-  into.clear();
-  for (const ClusterMask& candidate : from) {
-    const ClusterGroup& group = groups_[candidate.group];
-    Ints outside{};
-    for (uint32_t k = 0; k < shaft.planes; ++k) {
-      // The corner of each box that lies deepest inside the plane.
-      Floats nearest{};
-      for (int a = 0; a < 3; ++a) {
-        const float n = shaft.normal[a][k];
-        nearest += n * lanes(n > 0 ? group.min[a] : group.max[a]);
-      }
-      outside |= nearest > shaft.offset[k];
-    }
-    if (const uint32_t left = candidate.lanes & ~bits_of(outside)) into.push_back({candidate.group, left});
-  }
+  into.resize(from.size());
+  into.resize(select_clusters(groups_.data(), shaft, from.data(), from.size(), into.data()));
 }
 
 bool TriangleGroups::any_meets(const Shaft& shaft, const Candidates& candidates) const {
   bool meets = false;
   for_each(candidates, [&](const TriangleCluster& cluster) {
-    Ints outside{};
-    for (uint32_t k = 0; k < shaft.planes; ++k) {
-      Ints all = ~Ints{};
-      for (int c = 0; c < 3; ++c) {
-        Floats distance = shaft.normal[0][k] * lanes(cluster.corner[c][0]) + shaft.normal[1][k] * lanes(cluster.corner[c][1]);
-        distance += shaft.normal[2][k] * lanes(cluster.corner[c][2]);
-        all &= distance > shaft.offset[k];
-      }
-      outside |= all;
-    }
-    for (uint32_t left = ((1u << cluster.count) - 1) & ~bits_of(outside); left && !meets; left &= left - 1) {
+    for (uint32_t left = triangles_near(shaft, cluster); left && !meets; left &= left - 1) {
       const int k = std::countr_zero(left);
       const auto corner = [&](int c) {
         return Position{cluster.corner[c][0][k], cluster.corner[c][1][k], cluster.corner[c][2][k]};

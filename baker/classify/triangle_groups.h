@@ -9,27 +9,12 @@
 
 #include <vcd/baker/mesh.h>
 
+#include "classify/kernels.h"
 #include "classify/shaft.h"
 
 namespace vcd {
 
-struct alignas(64) TriangleCluster {
-  float corner[3][3][kLanes];  // [corner][axis][lane], grid units; spare lanes repeat the last triangle
-  uint32_t triangle[kLanes];
-  uint32_t count;
-};
-
-struct alignas(64) ClusterGroup {
-  float min[3][kLanes], max[3][kLanes];  // boxes of the clusters
-  uint32_t first;                        // cluster of lane 0; the others follow
-  uint32_t lanes;                        // bit k: lane k holds a cluster
-};
-
-// Clusters that may meet a shaft: those of a group whose bits are set.
-struct ClusterMask {
-  uint32_t group;
-  uint32_t lanes;
-};
+// Clusters that may meet a shaft.
 using Candidates = std::vector<ClusterMask>;
 
 class TriangleGroups {
