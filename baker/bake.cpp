@@ -6,10 +6,10 @@
 
 #include <vcd/format/tree_statistics.h>
 
-#include <vcd/baker/sampled.h>
 #include <vcd/baker/tracer.h>
 
 #include "classify/proven.h"
+#include "classify/sampled_cells.h"
 #include "octree/octree.h"
 
 namespace vcd {
@@ -36,13 +36,13 @@ ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& option
   ObjectRecord record{};
   record.source_index = mesh.source_index;
   record.depth = static_cast<uint8_t>(options.depth);
-  record.method = static_cast<uint8_t>(Method::sampled);
+  record.method = static_cast<uint8_t>(options.method);
   std::copy(mesh.box_min.begin(), mesh.box_min.end(), record.box_min);
   std::copy(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
   record.geometry_hash = mesh.geometry_hash;
   record.triangle_count = mesh.triangles.size();
   record.vertex_count = mesh.positions.size();
-  record.method_parameters[0] = options.samples;
+  record.method_parameters[0] = options.method == Method::proven ? 0 : options.samples;
   record.method_parameters[1] = static_cast<uint32_t>(options.seed);
   record.method_parameters[2] = static_cast<uint32_t>(options.seed >> 32);
   return record;
@@ -59,21 +59,12 @@ void count_tree(const TreeView& tree, ObjectRecord& record) {
   record.nodes_shared = statistics.nodes_shared;
 }
 
-// The paper's method as the recursion asks.
-class SampledCells : public CellClassifier {
- public:
-  SampledCells(const Tracer& tracer, const BakeOptions& options)
-      : depth_(options.depth), classifier_(tracer, options.samples, options.seed) {}
-  uint32_t classify(const Cell& cell, Workspace& workspace) const override {
-    const CellVerdict verdict = classifier_.classify(cell, workspace.rays);
-    if (verdict != CellVerdict::mixed) return static_cast<uint32_t>(verdict);
-    return cell.level < depth_ ? kDeeper : kUnclassified;
-  }
-
- private:
-  uint32_t depth_;
-  SampledClassifier classifier_;
-};
+std::unique_ptr<CellClassifier> make_classifier(const PreparedMesh& mesh, const Tracer& tracer, const BakeOptions& options) {
+  if (options.method == Method::sampled)
+    return std::make_unique<SampledCells>(SampledClassifier(tracer, options.samples, options.seed));
+  return std::make_unique<ProvenClassifier>(
+      mesh, tracer, ProvenOptions{options.seed, options.method == Method::hybrid ? options.samples : 0});
+}
 
 Octree blank_octree(uint32_t depth) {
   const TreeShape shape = tree_shape(depth);
@@ -84,40 +75,34 @@ Octree blank_octree(uint32_t depth) {
   return {dag.take(), 0};
 }
 
-bool valid(const BakeOptions& o) {
-  return o.depth >= kMinDepth && o.depth <= kMaxDepth && (o.samples == 16 || o.samples == 81 || o.samples == 256);
+// What is wrong with options; null if nothing is.
+const char* fault_of(const BakeOptions& options) {
+  if (options.depth < kMinDepth || options.depth > kMaxDepth) return "depth must be 1 to 8";
+  const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
+  if (options.method == Method::sampled && !known) return "samples must be 16, 81 or 256";
+  if (options.method == Method::hybrid && (!known || options.samples == 16)) return "samples of a hybrid bake must be 81 or 256";
+  return nullptr;
 }
 
 }  // namespace
 
-Result<BakedObject> bake(SourceMesh&& source, const BakeOptions& options) try {
-  if (!valid(options)) return Error{ErrorCode::usage, "depth must be 1 to 8, samples 16, 81 or 256"};
-  const std::string place = "mesh " + std::to_string(source.source_index) + " \"" + source.name + "\"";
-
-  auto mesh = prepare(std::move(source));
-  if (!mesh) return mesh.error();
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) try {
+  if (const char* fault = fault_of(options)) return Error{ErrorCode::usage, fault};
+  const std::string place = "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\"";
 
   BakedObject object;
-  object.name = mesh->name;
-  object.record = describe_object(*mesh, options);
-  object.duplicate_triangles = mesh->duplicate_triangles;
-  object.zero_area_triangles = mesh->zero_area_triangles;
+  object.name = mesh.name;
+  object.record = describe_object(mesh, options);
   if (options.embed_geometry) {
-    object.arrays_->geometry = encode_geometry(*mesh);
+    object.arrays_->geometry = encode_geometry(mesh);
     if (object.arrays_->geometry.empty())
       return Error{ErrorCode::runtime, place + ": its geometry cannot be encoded to be embedded"};
   }
 
-  auto tracer = Tracer::build(positions_in_grid(*mesh), mesh->triangles);
+  const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
   if (!tracer) return Error{tracer.error().code, place + ": " + tracer.error().message};
+  const auto classifier = make_classifier(mesh, *tracer, options);
 
-  std::unique_ptr<CellClassifier> classifier;
-  if (getenv("VCD_PROVEN")) {
-    const uint32_t tier = atoi(getenv("VCD_PROVEN"));
-    classifier = std::make_unique<ProvenClassifier>(*mesh, *tracer, ProvenOptions{options.depth, options.seed, tier});
-  }
-  else classifier = std::make_unique<SampledCells>(*tracer, options);
-  *mesh = {};
   const auto start = std::chrono::steady_clock::now();
   const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
   const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {

@@ -25,10 +25,15 @@ struct Options {
   Storage storage = Storage::raw;
 };
 
+struct BakedMesh {
+  BakedObject object;
+  uint64_t duplicate_triangles, zero_area_triangles;  // dropped while welding
+};
+
 struct BakedFile {
   fs::path output;
   uint64_t bytes = 0;
-  std::vector<BakedObject> objects;
+  std::vector<BakedMesh> meshes;
   std::vector<std::string> notes;
 };
 
@@ -39,16 +44,18 @@ fs::path output_of(const Options& options, const fs::path& input) {
   return (fs::path(options.output) / input.filename()) += ".vcd";
 }
 
-Result<BakedObject> bake_one(const Options& options, const fs::path& input, SourceMesh&& mesh) {
+Result<BakedMesh> bake_one(const Options& options, const fs::path& input, SourceMesh&& mesh) {
   ProgressLine line(input.filename().string() + (mesh.name.empty() ? "" : " " + printable(mesh.name)),
                     options.common.quiet);
   BakeOptions bake_options = options.bake;
   bake_options.progress = [&](const BakeProgress& progress) { line.update(progress); };
   bake_options.stop = interrupted;
-  auto baked = bake(std::move(mesh), bake_options);
+  const auto prepared = prepare(std::move(mesh));
+  if (!prepared) return Error{prepared.error().code, input.string() + ": " + prepared.error().message};
+  auto baked = bake(*prepared, bake_options);
   if (interrupted()) return Error{ErrorCode::runtime, input.string() + ": interrupted"};
   if (!baked) return Error{baked.error().code, input.string() + ": " + baked.error().message};
-  return baked;
+  return BakedMesh{std::move(*baked), prepared->duplicate_triangles, prepared->zero_area_triangles};
 }
 
 Result<BakedFile> bake_file(const Options& options, const fs::path& input) {
@@ -72,11 +79,11 @@ Result<BakedFile> bake_file(const Options& options, const fs::path& input) {
       continue;
     }
     if (!baked) return baked.error();
-    file.objects.push_back(std::move(*baked));
+    file.meshes.push_back(std::move(*baked));
   }
-  if (file.objects.empty()) return Error{ErrorCode::invalid_file, input.string() + ": none of its meshes can be baked"};
+  if (file.meshes.empty()) return Error{ErrorCode::invalid_file, input.string() + ": none of its meshes can be baked"};
   sidecar.stop = interrupted;
-  for (const BakedObject& object : file.objects) sidecar.objects.push_back(object.to_write());
+  for (const BakedMesh& mesh : file.meshes) sidecar.objects.push_back(mesh.object.to_write());
   auto written = write_sidecar(file.output, sidecar);
   if (!written) return written.error();
   file.bytes = *written;
@@ -87,10 +94,10 @@ Json report(const fs::path& input, const BakedFile& file) {
   Json json{{"input", input.string()}, {"output", file.output.string()}, {"bytes", file.bytes}};
   json["notes"] = file.notes;
   json["objects"] = Json::array();
-  for (const BakedObject& object : file.objects) {
+  for (const auto& [object, duplicates, zero_areas] : file.meshes) {
     Json entry = describe_object({&object.record, object.name, object.tree(), object.to_write().geometry});
-    entry["duplicate_triangles"] = object.duplicate_triangles;
-    entry["zero_area_triangles"] = object.zero_area_triangles;
+    entry["duplicate_triangles"] = duplicates;
+    entry["zero_area_triangles"] = zero_areas;
     entry["rays"] = object.rays;
     entry["seconds"] = object.seconds;
     json["objects"].push_back(entry);
@@ -100,13 +107,13 @@ Json report(const fs::path& input, const BakedFile& file) {
 
 void print_summary(const fs::path& input, const BakedFile& file) {
   std::printf("%s -> %s, %s\n", input.c_str(), file.output.c_str(), readable_bytes(file.bytes).c_str());
-  for (const BakedObject& object : file.objects) {
+  for (const auto& [object, duplicates, zero_areas] : file.meshes) {
     std::printf("object %u %s\n%s", object.record.source_index, printable(object.name).c_str(),
                 object_summary(object.record).c_str());
-    if (object.duplicate_triangles || object.zero_area_triangles)
+    if (duplicates || zero_areas)
       std::printf("  dropped   %llu duplicate and %llu zero-area triangles\n",
-                  static_cast<unsigned long long>(object.duplicate_triangles),
-                  static_cast<unsigned long long>(object.zero_area_triangles));
+                  static_cast<unsigned long long>(duplicates),
+                  static_cast<unsigned long long>(zero_areas));
     std::printf("  baked     in %s, %s rays, %s rays/s\n", readable_seconds(object.seconds).c_str(),
                 readable_count(static_cast<double>(object.rays)).c_str(),
                 readable_count(static_cast<double>(object.rays) / object.seconds).c_str());
@@ -175,7 +182,14 @@ int main(int argc, char** argv) {
       ->type_name("PATH");
   app.add_option("-d,--depth", options.bake.depth, "Levels of the octree: each costs about ten times more (default: 5)")
       ->check(CLI::Range(1, 8));
-  app.add_option("-s,--samples", options.bake.samples, "Rays a cell: 16, 81 or 256 (default: 256)")
+  const std::map<std::string, Method> kMethods = {{"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
+  app.add_option("-m,--method", options.bake.method,
+                 "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
+                 "(default); sampled: the paper's, statistics alone")
+      ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
+      ->type_name("proven|hybrid|sampled");
+  app.add_option("-s,--samples", options.bake.samples,
+                 "Rays a cell: 16, 81 or 256; of the statistical tier of hybrid: 81 or 256 (default: 256)")
       ->check(CLI::IsMember({16, 81, 256}));
   app.add_option("--seed", options.bake.seed, "Seed of the sample rays (default: 0)");
   app.add_option("-j,--threads", options.bake.threads, "Threads; 0: all (default). The result does not depend on it")

@@ -41,9 +41,9 @@ class CellClassifier {
  public:
   virtual ~CellClassifier() = default;
 
-  // A cell's class, or kDeeper (never at the deepest level). Depends on nothing but the cell. Safe from any thread, each with a
-  // workspace of its own.
-  virtual uint32_t classify(const Cell& cell, Workspace& workspace) const = 0;
+  // A cell's class; kDeeper where its children have to be asked. deepest: it has none, so that kDeeper is never the answer.
+  // Depends on nothing else. Safe from any thread, each with a workspace of its own.
+  virtual uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const = 0;
 };
 
 }  // namespace vcd

@@ -68,14 +68,14 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   return false;
 }
 
-uint32_t ProvenClassifier::classify(const Cell& cell, Workspace& workspace) const {
-  const uint32_t undecided = cell.level < options_.depth ? kDeeper : kUnclassified;
+uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& workspace) const {
+  const uint32_t undecided = deepest ? kUnclassified : kDeeper;
   const CellVerdict look = first_look_.classify(cell, workspace.rays);
   if (look == CellVerdict::mixed) return undecided;
   ++workspace.proofs;
   if (look == CellVerdict::clear) return prove_clear(cell, workspace) ? kClear : undecided;
   if (prove_blocked(cell, workspace)) return kBlocked;
-  if (cell.level < options_.depth || options_.statistical_samples == 0) return undecided;
+  if (!deepest || options_.statistical_samples == 0) return undecided;
   return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked ? kStatisticallyBlocked : kUnclassified;
 }
 

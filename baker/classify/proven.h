@@ -12,8 +12,7 @@
 namespace vcd {
 
 struct ProvenOptions {
-  uint32_t depth;
-  uint64_t seed;
+  uint64_t seed = 0;
   uint32_t statistical_samples = 0;  // 81 or 256: a second tier at the deepest level; 0: proofs only
 };
 
@@ -22,7 +21,7 @@ class ProvenClassifier : public CellClassifier {
   // The tracer holds the mesh in grid units, and outlives this.
   ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options);
 
-  uint32_t classify(const Cell& cell, Workspace& workspace) const override;
+  uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 
  private:
   bool prove_clear(const Cell& cell, Workspace& workspace) const;

@@ -22,7 +22,7 @@ using Workspaces = tbb::enumerable_thread_specific<Workspace>;
 class Ancestors {
  public:
   Ancestors(const CellSource& source, const TreeShape& shape, Workspaces& workspaces)
-      : classifier_(source.classifier), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
+      : source_(source), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
     tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) { visit({pair, 0, 0, 0, 0, 0}, kDeeper, workspaces.local()); });
   }
   uint32_t operator[](uint32_t slot) const { return values_[slot]; }
@@ -33,11 +33,11 @@ class Ancestors {
       values_[cell.pair << (4 * levels_) | row_major(cell.s, cell.t, cell.u, cell.v, 0, levels_)] = value;
       return;
     }
-    if (value == kDeeper) value = classifier_.classify(cell, workspace);
+    if (value == kDeeper) value = source_.classify(cell, workspace);
     for (uint32_t i = 0; i < 16; ++i) visit(cell.child(i), value, workspace);
   }
 
-  const CellClassifier& classifier_;
+  const CellSource& source_;
   uint32_t levels_;
   std::vector<uint32_t> values_;
 };
@@ -76,7 +76,7 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
     Workspace& workspace = workspaces.local();
     for (uint32_t slot = first; slot < std::min(first + step, total); ++slot) {
       const Cell cell = top_cell(shape, slot);
-      const uint32_t value = ancestors[slot] == kDeeper ? source.classifier.classify(cell, workspace) : ancestors[slot];
+      const uint32_t value = ancestors[slot] == kDeeper ? source.classify(cell, workspace) : ancestors[slot];
       batch.subtrees.push_back(classify_subtree(source, cell, value, workspace));
     }
     batch.rays = std::exchange(workspace.rays, 0);

@@ -23,7 +23,7 @@ class Builder {
   }
 
  private:
-  uint32_t classify(const Cell& cell) { return source_.classifier.classify(cell, workspace_); }
+  uint32_t classify(const Cell& cell) { return source_.classify(cell, workspace_); }
 
   // Where a cell of the brick level stands below its top cell: a 256-way block, then a 16-way block.
   uint32_t brick_index(const Cell& c) const {

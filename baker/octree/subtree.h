@@ -19,6 +19,10 @@ struct CellSource {
   const CellClassifier& classifier;
   uint32_t depth;
   std::function<bool()> stop = {};  // true: the rest need not be right, the tree will be thrown away
+
+  uint32_t classify(const Cell& cell, Workspace& workspace) const {
+    return classifier.classify(cell, cell.level == depth, workspace);
+  }
 };
 
 // The bricks below one cell of the top table, in the order in which its blocks hold them.

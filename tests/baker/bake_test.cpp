@@ -9,6 +9,7 @@
 #include <vcd/baker/audit.h>
 #include <vcd/baker/sampled.h>
 
+#include "classify/sampled_cells.h"
 #include "octree/octree.h"
 #include "support/files.h"
 #include "support/meshes.h"
@@ -45,10 +46,10 @@ TEST(SampledClassifier, SamplesEveryStratumOnce) {
 
 // What the recursion says of a cell of the deepest level, asked from the root without any tree.
 uint32_t class_of(const CellSource& source, const Cell& deepest) {
-  uint64_t rays = 0;
+  Workspace workspace;
   for (uint32_t level = 0; level <= source.depth; ++level) {
     const uint32_t up = deepest.level - level;
-    const uint32_t value = source.classify({deepest.pair, level, deepest.s >> up, deepest.t >> up, deepest.u >> up, deepest.v >> up}, rays);
+    const uint32_t value = source.classify({deepest.pair, level, deepest.s >> up, deepest.t >> up, deepest.u >> up, deepest.v >> up}, workspace);
     if (value != kDeeper) return value;
   }
   return 2;
@@ -57,7 +58,7 @@ uint32_t class_of(const CellSource& source, const Cell& deepest) {
 TEST(Octree, HoldsWhatTheRecursionSaysAtEveryDepth) {
   const PreparedMesh mesh = *prepare(leaves(3));
   const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-  const SampledClassifier classifier(*tracer, 16, 0);
+  const SampledCells classifier(SampledClassifier(*tracer, 16, 0));
   for (uint32_t depth = 1; depth <= 6; ++depth) {
     const CellSource source{classifier, depth};
     const auto octree = build_octree(source, 2, [](uint64_t, uint64_t, uint64_t) {});
@@ -80,7 +81,8 @@ TEST(Octree, HoldsWhatTheRecursionSaysAtEveryDepth) {
 TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
   const PreparedMesh mesh = *prepare(leaves(200));
   const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-  const SampledClassifier classifier(*tracer, 16, 0);
+  const SampledCells classifier(SampledClassifier(*tracer, 16, 0));
+  Workspace workspace;
   for (uint32_t depth : {7u, 8u}) {
     const CellSource source{classifier, depth};
     const TreeShape shape = tree_shape(depth);
@@ -89,7 +91,7 @@ TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
     const uint32_t slot = top.pair << 12 | row_major(top.s, top.t, top.u, top.v, 0, 3);
     Subtree clear;
     clear.bricks.assign(size_t{1} << (4 * (depth - 5)), 0);
-    for (uint32_t i = 0; i < shape.top_words(); ++i) builder.append(i == slot ? classify_subtree(source, top, kDeeper) : clear);
+    for (uint32_t i = 0; i < shape.top_words(); ++i) builder.append(i == slot ? classify_subtree(source, top, kDeeper, workspace) : clear);
     const TreeArrays arrays = builder.take();
     const TreeView tree = arrays.view();
     std::mt19937 random(depth);
@@ -98,10 +100,9 @@ TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
       const auto deepen = [&](uint32_t c) { return c << below | static_cast<uint32_t>(random() % side); };
       const Cell cell = {top.pair, depth, deepen(top.s), deepen(top.t), deepen(top.u), deepen(top.v)};
       uint32_t expected = kDeeper;
-      uint64_t rays = 0;
       for (uint32_t level = 4; level <= depth && expected == kDeeper; ++level) {
         const uint32_t up = depth - level;
-        expected = source.classify({cell.pair, level, cell.s >> up, cell.t >> up, cell.u >> up, cell.v >> up}, rays);
+        expected = source.classify({cell.pair, level, cell.s >> up, cell.t >> up, cell.u >> up, cell.v >> up}, workspace);
       }
       const uint32_t up = 8 - depth;
       LineCell line{};
@@ -133,8 +134,8 @@ TEST(Bake, SeedChangesTheSamplesOnly) {
 }
 
 TEST(Bake, RefusesOptionsOutOfRange) {
-  for (uint32_t depth : {0u, 9u}) EXPECT_EQ(bake(cube(), quick(depth)).error().code, ErrorCode::usage);
-  EXPECT_EQ(bake(cube(), quick(3, 64)).error().code, ErrorCode::usage);
+  for (uint32_t depth : {0u, 9u}) EXPECT_EQ(bake(*prepare(cube()), quick(depth)).error().code, ErrorCode::usage);
+  EXPECT_EQ(bake(*prepare(cube()), quick(3, 64)).error().code, ErrorCode::usage);
 }
 
 TEST(Bake, StopsWhenAskedTo) {
@@ -142,7 +143,7 @@ TEST(Bake, StopsWhenAskedTo) {
   std::atomic<bool> stop = false;
   options.progress = [&](const BakeProgress& p) { stop = p.rays > 0; };
   options.stop = [&] { return stop.load(); };
-  EXPECT_FALSE(bake(leaves(40), options).ok());
+  EXPECT_FALSE(bake(*prepare(leaves(40)), options).ok());
 }
 
 TEST(Bake, ProgressGrowsToTheWhole) {
@@ -152,7 +153,7 @@ TEST(Bake, ProgressGrowsToTheWhole) {
     EXPECT_GE(p.fraction, last);
     last = p.fraction;
   };
-  EXPECT_TRUE(bake(leaves(40), options).ok());
+  EXPECT_TRUE(bake(*prepare(leaves(40)), options).ok());
   EXPECT_EQ(last, 1);
 }
 

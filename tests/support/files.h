@@ -48,7 +48,8 @@ inline void write_file(const std::filesystem::path& path, Bytes bytes) {
 }
 
 inline BakedObject must_bake(SourceMesh mesh, const BakeOptions& options) {
-  auto baked = bake(std::move(mesh), options);
+  const auto prepared = prepare(std::move(mesh));
+  auto baked = bake(*prepared, options);
   if (!baked) throw std::runtime_error(baked.error().message);
   return std::move(*baked);
 }
@@ -67,6 +68,7 @@ inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*
 
 inline BakeOptions quick(uint32_t depth, uint32_t samples = 16) {
   BakeOptions options;
+  options.method = Method::sampled;
   options.depth = depth;
   options.samples = samples;
   return options;

@@ -106,11 +106,11 @@ class SceneRun {
     }
     for (const Configuration& c : configurations_) {
       BakeOptions bake;
-      bake.depth = c.depth, bake.samples = c.samples;
+      bake.method = Method::sampled, bake.depth = c.depth, bake.samples = c.samples;
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
     BakeOptions blank;
-    blank.depth = configurations_[0].depth, blank.blank = true;
+    blank.method = Method::sampled, blank.depth = configurations_[0].depth, blank.blank = true;
     return bake_variant(kBlank, blank);
   }
 

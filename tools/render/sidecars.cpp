@@ -34,7 +34,7 @@ Result<WorldBake> bake_world(const World& world, const BakeOptions& options, con
   for (const WorldObject& object : world.objects) {
     BakeOptions here = options;
     here.progress = [&](const BakeProgress& p) { progress(object, p); };
-    auto result = bake({object.mesh.name, object.mesh.source_index, object.mesh.positions, object.mesh.triangles}, here);
+    auto result = bake(object.mesh, here);
     if (!result) return Error{result.error().code, object.source + ": " + result.error().message};
     sum.seconds += result->seconds;
     sum.rays += result->rays;

@@ -21,8 +21,9 @@ struct BakeProgress {
 };
 
 struct BakeOptions {
+  Method method = Method::hybrid;
   uint32_t depth = 5;       // 1 … 8
-  uint32_t samples = 256;   // rays a cell: 16, 81 or 256
+  uint32_t samples = 256;   // sampled: rays a cell, 16, 81 or 256; hybrid: those of the statistical tier, 81 or 256
   uint64_t seed = 0;
   unsigned threads = 0;     // 0: all
   bool embed_geometry = false;
@@ -45,20 +46,19 @@ class BakedObject {
 
   std::string name;
   ObjectRecord record{};
-  uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
   uint64_t rays = 0;
   double seconds = 0;
 
  private:
-  friend Result<BakedObject> bake(SourceMesh&&, const BakeOptions&);
+  friend Result<BakedObject> bake(const PreparedMesh&, const BakeOptions&);
   struct Arrays;
   std::unique_ptr<Arrays> arrays_;
 };
 
-// Bakes one object with the paper's method. The same geometry and options give the same tree and record, whatever the
-// number of threads, the order of vertices and triangles, or the file they came from.
-// Errors: those of prepare(); usage (an option out of range); runtime (out of memory, or stopped).
-Result<BakedObject> bake(SourceMesh&& mesh, const BakeOptions& options);
+// Bakes one object. The same geometry and options give the same tree and record, whatever the number of threads, the
+// order of vertices and triangles, or the file they came from.
+// Errors: usage (an option out of range); runtime (out of memory, or stopped).
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);
 
 // The welded mesh as a Draco bitstream without quantization, so that decoding it and preparing it again gives the same
 // mesh. Empty on failure.

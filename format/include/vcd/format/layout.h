@@ -73,7 +73,7 @@ inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which
 constexpr uint64_t largest_logical_size(uint64_t stored_size) { return (uint64_t{1} << 20) + 256 * stored_size; }
 constexpr uint64_t largest_logical_total(uint64_t file_size) { return (uint64_t{64} << 20) + 256 * file_size; }
 
-enum class Method : uint8_t { sampled = 1 };
+enum class Method : uint8_t { none = 0, sampled = 1, proven = 2, hybrid = 3 };
 
 struct ObjectRecord {
   uint32_t name_offset;  // into the NAME section
