@@ -7,6 +7,7 @@
 
 #include <vcd/baker/cell.h>
 
+#include "classify/aimed_rays.h"
 #include "classify/crossings.h"
 #include "classify/sheet.h"
 #include "classify/triangle_groups.h"
@@ -35,6 +36,7 @@ struct Workspace {
   CandidatePath path;
   Surface::Flood flood;
   std::vector<Crossing> crossings;
+  std::vector<SilhouetteEdge> edges;
 };
 
 class CellClassifier {

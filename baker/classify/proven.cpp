@@ -13,6 +13,19 @@ constexpr uint32_t kFloodLimit = 2000;
 // Sheets that are tried before a cell is given up.
 constexpr size_t kMostSheets = 8;
 
+// Edges that aimed rays are spread over.
+constexpr size_t kMostEdges = 256;
+
+// Lanes 8 to 15 in the place of lanes 0 to 7.
+RTCRay16 second_half(const RTCRay16& rays) {
+  RTCRay16 half = rays;
+  for (int k = 0; k < 8; ++k) {
+    half.org_x[k] = rays.org_x[k + 8], half.org_y[k] = rays.org_y[k + 8], half.org_z[k] = rays.org_z[k + 8];
+    half.dir_x[k] = rays.dir_x[k + 8], half.dir_y[k] = rays.dir_y[k + 8], half.dir_z[k] = rays.dir_z[k + 8];
+  }
+  return half;
+}
+
 // Lines through a cell at the same place in both squares, one after the other until one passes no edge too closely.
 constexpr std::array<std::array<double, 4>, 3> kPlaces = {{{0.5, 0.5, 0.5, 0.5}, {0.4375, 0.5625, 0.578125, 0.453125}, {0.578125, 0.4375, 0.484375, 0.609375}}};
 
@@ -32,6 +45,7 @@ Line line_through(const Cell& cell, const std::array<double, 4>& place) {
 
 ProvenClassifier::ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options)
     : options_(options),
+      tracer_(tracer),
       triangle_count_(mesh.triangles.size()),
       first_look_(tracer, 16, options.seed),
       statistical_(tracer, options.statistical_samples ? options.statistical_samples : 81, options.seed + 1),
@@ -68,6 +82,22 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   return false;
 }
 
+// No proof: first rays where a gap would be, then rays all over the cell.
+bool ProvenClassifier::statistically_blocked(const Cell& cell, Workspace& workspace) const {
+  const Shaft shaft = make_shaft(cell);
+  silhouette_edges(groups_, surface_, cell, shaft, workspace.path.of(groups_, cell, shaft), kMostEdges, workspace.edges);
+  RTCRay16 rays;
+  const uint32_t aimed = aim_rays(cell, options_.seed + 2, workspace.edges, rays);
+  const uint32_t width = tracer_.packet_width();
+  for (uint32_t first = 0; first < aimed; first += width) {
+    const uint32_t count = std::min(aimed - first, width);
+    workspace.rays += count;
+    RTCRay16 packet = first == 0 ? rays : second_half(rays);
+    if (tracer_.occluded(packet, count, true) != (1u << count) - 1) return false;
+  }
+  return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked;
+}
+
 uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& workspace) const {
   const uint32_t undecided = deepest ? kUnclassified : kDeeper;
   const CellVerdict look = first_look_.classify(cell, workspace.rays);
@@ -76,7 +106,7 @@ uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& w
   if (look == CellVerdict::clear) return prove_clear(cell, workspace) ? kClear : undecided;
   if (prove_blocked(cell, workspace)) return kBlocked;
   if (!deepest || options_.statistical_samples == 0) return undecided;
-  return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked ? kStatisticallyBlocked : kUnclassified;
+  return statistically_blocked(cell, workspace) ? kStatisticallyBlocked : kUnclassified;
 }
 
 }  // namespace vcd

@@ -26,8 +26,10 @@ class ProvenClassifier : public CellClassifier {
  private:
   bool prove_clear(const Cell& cell, Workspace& workspace) const;
   bool prove_blocked(const Cell& cell, Workspace& workspace) const;
+  bool statistically_blocked(const Cell& cell, Workspace& workspace) const;
 
   ProvenOptions options_;
+  const Tracer& tracer_;
   size_t triangle_count_;
   SampledClassifier first_look_;
   SampledClassifier statistical_;

@@ -4,23 +4,9 @@
 
 #include <vcd/format/line_cell.h>
 
+#include "classify/random.h"
+
 namespace vcd {
-namespace {
-
-// SplitMix64's output function (Steele, Lea and Flood 2014): counter in, well-mixed 64 bits out.
-uint64_t mix(uint64_t x) {
-  x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9u;
-  x = (x ^ (x >> 27)) * 0x94D049BB133111EBu;
-  return x ^ (x >> 31);
-}
-constexpr uint64_t kGolden = 0x9E3779B97F4A7C15u;
-
-uint64_t cell_key(const Cell& c) {
-  return uint64_t{c.level} << 36 | uint64_t{c.pair} << 32 | c.s << 24 | c.t << 16 | c.u << 8 | c.v;
-}
-
-}  // namespace
-
 SampledClassifier::SampledClassifier(const Tracer& tracer, uint32_t samples, uint64_t seed)
     : tracer_(tracer), samples_(samples), strata_(samples == 16 ? 2 : samples == 81 ? 3 : 4), seed_(seed) {
   // The order spreads the first packets of eight and sixteen over the whole cell, since most mixed cells are found out
@@ -47,12 +33,12 @@ void SampledClassifier::fill(const Cell& cell, uint32_t first, uint32_t count, u
   const float u0 = static_cast<float>(cell.u) * width, v0 = static_cast<float>(cell.v) * width;
   const float low_plane = kFacePair[cell.pair].low % 2 ? kGrid : 0.0f;
   const float high_plane = kFacePair[cell.pair].high % 2 ? kGrid : 0.0f;
-  const uint64_t base = mix(seed_ + kGolden * (cell_key(cell) + 1));
+  const uint64_t base = cell_seed(cell, seed_);
 
   alignas(64) float target[3][16];
   for (uint32_t k = 0; k < lanes; ++k) {
     const uint32_t sample = first + std::min(k, count - 1);
-    const uint64_t random = mix(base + kGolden * (sample + 1));
+    const uint64_t random = mix_bits(base + kGolden * (sample + 1));
     const auto& stratum = stratum_[sample];
     const auto offset = [&](uint32_t d) {
       return (static_cast<float>(stratum[d]) + static_cast<float>(random >> (16 * d) & 0xFFFF) * 0x1p-16f) * step;

@@ -32,6 +32,10 @@ class Surface {
     std::vector<FloodStep> stack_;
   };
 
+  const Position& corner(uint32_t triangle, uint32_t c) const { return vertices_[triangles_[triangle][c]]; }
+  // Across the edge from corner `edge` to the next; kBoundary where there is none.
+  uint32_t neighbour(uint32_t triangle, uint32_t edge) const { return neighbour_[3 * size_t{triangle} + edge]; }
+
   // Spreads from a triangle that was not reached before through every edge that meets the shaft. True if it ends at no
   // boundary edge that meets the shaft and within `limit` triangles: then each segment between the shaft's two squares crosses the triangles reached
   // an even number of times, or each an odd number (intersection numbers modulo 2: Guillemin and Pollack 1974, 2.4; as
