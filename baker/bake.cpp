@@ -110,7 +110,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) t
     if (options.progress) options.progress({fraction, rays, seconds()});
   };
   auto octree = options.blank ? blank_octree(options.depth)
-                              : build_octree({*classifier, options.depth, options.stop}, options.threads, on_progress);
+                              : build_octree({*classifier, options.depth, options.one_in, options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place + ": stopped"};
 
   object.arrays_->tree = std::move(octree->tree);

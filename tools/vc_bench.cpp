@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "bench/bake_rate.h"
+#include "bench/bake_time.h"
 #include "bench/machine.h"
 #include "bench/paper_run.h"
 #include "bench/report.h"
@@ -27,6 +28,7 @@ struct Options {
   SegmentsOptions segments;
   std::string mesh;
   BakeRateOptions bake_rate;
+  BakeTimeOptions bake_time;
 };
 
 // What --quick and its absence stand for. Options that are given go before.
@@ -136,7 +138,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)
       ->type_name("TREES");
   app.add_option("--size", options.size, "Of the pictures (default: 300x200)")->type_name("WxH");
-  app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default)")->check(CLI::Range(0, 1024));
+  app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")->check(CLI::Range(0, 1024));
 
   CLI::App* report = app.add_subcommand("report", "Write the report of a folder of results again");
   report->add_option("folder", options.folder)->required()->type_name("DIR");
@@ -153,12 +155,20 @@ int main(int argc, char** argv) {
   bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}));
   bake->add_option("--cells", options.bake_rate.top_cells, "Random cells of level 3 to bake (default: 200)");
 
+  CLI::App* time = app.add_subcommand("bake-time", "What a bake costs by proof, hybrid and by 256 samples");
+  time->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
+  time->add_option("-d,--depth", options.bake_time.depths, "Depths, with commas (default: 5,6,7)")
+      ->delimiter(',')->allow_extra_args(false)->check(CLI::Range(1, 8))->type_name("DEPTHS");
+  time->add_option("--one-in", options.bake_time.one_in, "Classify one in so many of the 61,440 cells of the top table (default: 40)")
+      ->check(CLI::Range(1, 60000));
+
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
   return run_program(app, argc, argv, [&] {
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     if (segments->parsed()) return run_segments(options.segments);
     if (bake->parsed()) return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
+    if (time->parsed()) return run_bake_time(options.mesh, options.bake_time, options.repetitions, options.common.format);
     if (report->parsed()) return write_report(options.folder);
     return run_all(options, command);
   });

@@ -10,6 +10,8 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include "classify/random.h"
+
 namespace vcd {
 namespace {
 
@@ -76,7 +78,9 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
     Workspace& workspace = workspaces.local();
     for (uint32_t slot = first; slot < std::min(first + step, total); ++slot) {
       const Cell cell = top_cell(shape, slot);
-      const uint32_t value = ancestors[slot] == kDeeper ? source.classify(cell, workspace) : ancestors[slot];
+      uint32_t value = ancestors[slot];
+      if (mix_bits(slot) % source.one_in != 0) value = kUnclassified;
+      if (value == kDeeper) value = source.classify(cell, workspace);
       batch.subtrees.push_back(classify_subtree(source, cell, value, workspace));
     }
     batch.rays = std::exchange(workspace.rays, 0);

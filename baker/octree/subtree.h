@@ -18,6 +18,7 @@ using BrickWords = std::array<uint32_t, 16>;  // 256 cells × 2 bits
 struct CellSource {
   const CellClassifier& classifier;
   uint32_t depth;
+  uint32_t one_in = 1;  // of so many top cells is classified, chosen by a hash; the others are unclassified
   std::function<bool()> stop = {};  // true: the rest need not be right, the tree will be thrown away
 
   uint32_t classify(const Cell& cell, Workspace& workspace) const {

@@ -29,6 +29,8 @@ struct BakeOptions {
   bool embed_geometry = false;
   bool blank = false;       // trace nothing and leave every cell unclassified: to measure what a look-up costs where it
                             // never helps
+  uint32_t one_in = 1;      // classify one in so many cells of the top table, the same for all methods, and leave the others
+                            // unclassified: to measure what a bake costs
   std::function<void(const BakeProgress&)> progress;  // called now and then, from one thread at a time
   std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };
