@@ -42,15 +42,17 @@ struct Profile {
 
 Profile full_profile() {
   Profile profile{"full", {"sierpinski", "hairball", "forest"}, {}, 300, 200, 1 << 17};
-  for (uint32_t depth : {5, 6, 7})
-    for (uint32_t samples : {16, 81, 256}) profile.configurations.push_back({depth, samples});
+  for (uint32_t depth : {5, 6, 7}) {
+    for (uint32_t samples : {16, 81, 256}) profile.configurations.push_back({depth, Method::sampled, samples});
+    for (Method method : {Method::proven, Method::hybrid}) profile.configurations.push_back({depth, method, 256});
+  }
   return profile;
 }
 
 Profile quick_profile() {
   return {"quick",
           {"sierpinski,level=6", "hairball,strands=1000,segments=10,sides=3", "forest,instances=60,leaves=800,species=2"},
-          {{4, 16}, {4, 81}, {4, 256}, {5, 16}},
+          {{4, Method::sampled, 16}, {4, Method::sampled, 256}, {4, Method::proven, 256}, {4, Method::hybrid, 256}, {5, Method::sampled, 16}},
           96,
           64,
           1 << 14};
@@ -61,12 +63,10 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   if (!options.scenes.empty()) profile.scenes = options.scenes;
   if (!options.trees.empty()) profile.configurations.clear();
   for (const std::string& tree : options.trees) {
-    Configuration c{};
-    char trailing = 0;
-    if (std::sscanf(tree.c_str(), "%ux%u%c", &c.depth, &c.samples, &trailing) != 2 || c.depth < 1 || c.depth > 8 ||
-        (c.samples != 16 && c.samples != 81 && c.samples != 256))
-      return Error{ErrorCode::usage, "--trees " + tree + ": not DEPTHxSAMPLES with depth 1 to 8 and 16, 81 or 256 samples"};
-    profile.configurations.push_back(c);
+    const auto c = Configuration::parse(tree);
+    if (!c)
+      return Error{ErrorCode::usage, "--trees " + tree + ": not DEPTHxKIND with depth 1 to 8 and kind 16, 81, 256 (samples), proven or hybrid"};
+    profile.configurations.push_back(*c);
   }
   run.configurations = profile.configurations;
   run.render.width = profile.width, run.render.height = profile.height;
@@ -133,7 +133,7 @@ int main(int argc, char** argv) {
       ->type_name("SCENE")
       ->allow_extra_args(false);
   app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")->type_name("DIR");
-  app.add_option("--trees", options.trees, "Trees to bake of each scene, DEPTHxSAMPLES with commas (default: 5x16,5x81,5x256,\n6x16 ... 7x256)")
+  app.add_option("--trees", options.trees, "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, hybrid\n(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("TREES");

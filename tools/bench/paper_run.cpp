@@ -7,6 +7,7 @@
 #include <vcd/baker/audit.h>
 #include <vcd/format/writer.h>
 
+#include "common/describe.h"
 #include "common/program.h"
 #include "common/progress.h"
 #include "kinds.h"
@@ -76,10 +77,10 @@ class SceneRun {
   void add_measured_configurations() {
     configurations_ = options_.configurations;
     for (const Json& v : scene().value("variants", Json::array())) {
-      if (!v.contains("samples") || !v.contains("bake_seconds")) continue;
-      const Configuration c{v["depth"], v["samples"]};
-      if (std::none_of(configurations_.begin(), configurations_.end(), [&](const Configuration& o) { return o.id() == c.id(); }))
-        configurations_.push_back(c);
+      if (!v.contains("tree") || !v.contains("bake_seconds")) continue;
+      const auto c = Configuration::parse(v["tree"]);
+      if (c && std::none_of(configurations_.begin(), configurations_.end(), [&](const Configuration& o) { return o.id() == c->id(); }))
+        configurations_.push_back(*c);
     }
   }
 
@@ -106,7 +107,8 @@ class SceneRun {
     }
     for (const Configuration& c : configurations_) {
       BakeOptions bake;
-      bake.method = Method::sampled, bake.depth = c.depth, bake.samples = c.samples;
+      bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
+      variant(c.id())["tree"] = c.text();
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
     BakeOptions blank;
@@ -126,7 +128,8 @@ class SceneRun {
     if (!baked) return baked.error();
     Json& v = variant(id);
     v["depth"] = bake.depth;
-    if (!bake.blank) v["samples"] = bake.samples;
+    if (!bake.blank) v["method"] = method_name(bake.method);
+    if (!bake.blank && bake.method == Method::sampled) v["samples"] = bake.samples;
     v["bake_seconds"] = baked->seconds;
     v["bake_rays"] = baked->rays;
     v["file_bytes"] = baked->file_bytes;
@@ -356,6 +359,28 @@ class SceneRun {
 };
 
 }  // namespace
+
+std::optional<Configuration> Configuration::parse(const std::string& text) {
+  const size_t cross = text.find('x');
+  if (cross != 1 || text[0] < '1' || text[0] > '8') return std::nullopt;
+  const std::string kind = text.substr(cross + 1);
+  Configuration c{static_cast<uint32_t>(text[0] - '0'), Method::sampled, 256};
+  if (kind == "proven" || kind == "hybrid") {
+    c.method = kind == "proven" ? Method::proven : Method::hybrid;
+    return c;
+  }
+  for (uint32_t samples : {16, 81, 256})
+    if (kind == std::to_string(samples)) return c.samples = samples, c;
+  return std::nullopt;
+}
+
+std::string Configuration::text() const {
+  return std::to_string(depth) + "x" + (method == Method::sampled ? std::to_string(samples) : method_name(method));
+}
+
+std::string Configuration::id() const {
+  return "d" + std::to_string(depth) + "-" + (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
+}
 
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
   std::vector<int> codes;

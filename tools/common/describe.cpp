@@ -46,6 +46,16 @@ double share(const ObjectRecord& r, int which) {
 
 }  // namespace
 
+const char* method_name(Method method) {
+  switch (method) {
+    case Method::none: return "none";
+    case Method::sampled: return "sampled";
+    case Method::proven: return "proven";
+    case Method::hybrid: return "hybrid";
+  }
+  return "unknown";
+}
+
 Json describe_object(const ObjectContents& object) {
   const ObjectRecord& r = *object.record;
   Json json;

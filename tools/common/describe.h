@@ -18,6 +18,7 @@ std::string printable(std::string_view name);  // control characters escaped, "(
 Json describe_object(const ObjectContents& object);
 Json describe_section(const SectionEntry& section);
 Json describe_finding(const Finding& finding);
+const char* method_name(Method method);
 std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
 
 void print_json(const Json& json);  // standard output, two spaces of indent
