@@ -42,7 +42,12 @@ ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& option
   record.geometry_hash = mesh.geometry_hash;
   record.triangle_count = mesh.triangles.size();
   record.vertex_count = mesh.positions.size();
-  record.method_parameters[0] = options.method == Method::proven ? 0 : options.samples;
+  if (options.method == Method::none) {
+    record.depth = 1;
+    return record;
+  }
+  if (options.method != Method::sampled) record.guard_band = kGuardBand;
+  if (options.method != Method::proven) record.method_parameters[0] = options.samples;
   record.method_parameters[1] = static_cast<uint32_t>(options.seed);
   record.method_parameters[2] = static_cast<uint32_t>(options.seed >> 32);
   return record;
@@ -50,7 +55,8 @@ ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& option
 
 void count_tree(const TreeView& tree, ObjectRecord& record) {
   const TreeStatistics statistics = measure_tree(tree);
-  std::copy(statistics.cells.begin(), statistics.cells.end(), record.cells);
+  std::copy_n(statistics.cells.begin(), 3, record.cells);
+  record.statistical_cells = statistics.cells[kStatisticallyBlocked];
   record.block256_count = tree.block256_count;
   record.block16_count = tree.block16_count;
   record.brick_count = tree.brick_count;
@@ -97,6 +103,12 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) t
     object.arrays_->geometry = encode_geometry(mesh);
     if (object.arrays_->geometry.empty())
       return Error{ErrorCode::runtime, place + ": its geometry cannot be encoded to be embedded"};
+  }
+
+  if (options.method == Method::none) {
+    object.arrays_->tree = blank_octree(1).tree;
+    count_tree(object.tree(), object.record);
+    return object;
   }
 
   const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);

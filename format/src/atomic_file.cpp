@@ -42,31 +42,18 @@ void AtomicFile::fail(const char* what) {
   if (failure_.empty()) failure_ = path_.string() + ": " + what + ": " + std::strerror(errno);
 }
 
-void AtomicFile::write_at(uint64_t offset, Bytes bytes) {
+void AtomicFile::append(Bytes bytes) {
   while (failure_.empty() && !bytes.empty()) {
     const size_t piece = std::min<size_t>(bytes.size(), size_t{1} << 30);
-    const ssize_t written = pwrite(descriptor_, bytes.data(), piece, static_cast<off_t>(offset));
+    const ssize_t written = write(descriptor_, bytes.data(), piece);
     if (written < 0) {
       if (errno == EINTR) continue;
       return fail("cannot write");
     }
-    offset += static_cast<uint64_t>(written);
+    size_ += static_cast<uint64_t>(written);
     bytes = bytes.subspan(static_cast<size_t>(written));
   }
 }
-
-void AtomicFile::append(Bytes bytes) {
-  write_at(size_, bytes);
-  size_ += bytes.size();
-}
-
-void AtomicFile::append_zeros(uint64_t count) {
-  static constexpr std::byte kZeros[4096] = {};
-  for (; count > 0; count -= std::min<uint64_t>(count, sizeof kZeros))
-    append(Bytes(kZeros, std::min<uint64_t>(count, sizeof kZeros)));
-}
-
-void AtomicFile::overwrite(uint64_t offset, Bytes bytes) { write_at(offset, bytes); }
 
 Result<uint64_t> AtomicFile::commit() {
   if (failure_.empty() && fsync(descriptor_) != 0) fail("cannot flush to disk");

@@ -19,14 +19,16 @@ namespace vcd {
 
 void AlignedBytes::Free::operator()(std::byte* p) const { ::operator delete[](p, std::align_val_t{64}); }
 
-namespace {
-
-AlignedBytes allocate(uint64_t size) {
+AlignedBytes allocate_aligned(uint64_t size) {
   AlignedBytes bytes;
   bytes.data.reset(new (std::align_val_t{64}, std::nothrow) std::byte[std::max<uint64_t>(size, 1)]);
   bytes.size = bytes.data ? size : 0;
   return bytes;
 }
+
+namespace {
+
+constexpr size_t kFirstVersionBytes = offsetof(ObjectRecord, statistical_cells);  // of a record of version 1
 
 template <class T>
 bool all_zero(const T& bytes) {
@@ -63,6 +65,7 @@ class Reader {
   bool check_sizes(const SectionEntry& e, uint64_t at, const std::string& name);
   bool read_objects();
   bool check_object(uint32_t index, uint64_t at, uint64_t& names_end);
+  bool method_is_known(const ObjectRecord& r) const;
   bool check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_t at);
   bool read_trees();
   bool check_unknown_sections();
@@ -90,10 +93,10 @@ bool Reader::read_header() {
     const bool named = m[1] == 'V' && m[2] == 'C' && m[3] == 'D';
     return report(named ? FindingId::transfer_damage : FindingId::bad_magic, 0);
   }
-  if (h.version_major != kVersionMajor)
+  if (h.version_major != 1 && h.version_major != kVersionMajor)
     return report(FindingId::unsupported_version, 8,
                   "version " + std::to_string(h.version_major) + "." + std::to_string(h.version_minor) +
-                      ", this reader knows 1");
+                      ", this reader knows 1 and 2");
   if (checksum(file_.first(offsetof(FileHeader, header_xxh3))) != h.header_xxh3)
     return report(FindingId::header_checksum, offsetof(FileHeader, header_xxh3));
   check_reserved(h.reserved, sizeof h.reserved, offsetof(FileHeader, reserved), "header");
@@ -106,7 +109,7 @@ bool Reader::read_header() {
 
 // Reserved fields must be zero in a file of a version that this reader knows; a later minor version may use them.
 bool Reader::check_reserved(const void* bytes, size_t size, uint64_t offset, const char* what) {
-  if (contents_.header->version_minor > kVersionMinor) return true;
+  if (contents_.header->version_minor > kVersionMinor) return true;  // 0 in both major versions
   return all_zero(std::span(static_cast<const uint8_t*>(bytes), size)) ||
          report(FindingId::reserved_not_zero, offset, what);
 }
@@ -220,6 +223,16 @@ bool Reader::read_objects() {
     return report(FindingId::section_size, e.offset, "OBJT is not a whole number of 256-byte records");
   const auto* records = reinterpret_cast<const ObjectRecord*>(file_.data() + e.offset);
   contents_.objects.resize(e.stored_size / sizeof(ObjectRecord));
+  if (contents_.header->version_major == 1) {  // what it does not have is 0, whatever later minor versions put there
+    contents_.upgraded.assign(records, records + contents_.objects.size());
+    for (uint32_t i = 0; i < contents_.upgraded.size(); ++i) {
+      auto* rest = reinterpret_cast<std::byte*>(&contents_.upgraded[i]) + kFirstVersionBytes;
+      check_reserved(rest, sizeof(ObjectRecord) - kFirstVersionBytes, e.offset + i * sizeof(ObjectRecord) + kFirstVersionBytes,
+                     "object record");
+      std::memset(rest, 0, sizeof(ObjectRecord) - kFirstVersionBytes);
+    }
+    records = contents_.upgraded.data();
+  }
   bool good = true;
   uint64_t names_end = 0;
   for (uint32_t i = 0; i < contents_.objects.size(); ++i) {
@@ -247,6 +260,41 @@ bool box_is_usable(const ObjectRecord& r) {
   return true;
 }
 
+bool Reader::method_is_known(const ObjectRecord& r) const {
+  const uint32_t samples = r.method_parameters[0];
+  if (!all_zero(std::span(r.method_parameters).subspan(3))) return false;
+  const bool first_version = contents_.header->version_major == 1;
+  const bool guarded = std::isfinite(r.guard_band) && r.guard_band > 0;
+  switch (static_cast<Method>(r.method)) {
+    case Method::sampled:
+      return (samples == 16 || samples == 81 || samples == 256) && r.guard_band == 0;
+    case Method::none: return !first_version && r.depth == 1 && all_zero(r.method_parameters) && r.guard_band == 0;
+    case Method::proven: return !first_version && samples == 0 && guarded;
+    case Method::hybrid: return !first_version && (samples == 81 || samples == 256) && guarded;
+  }
+  return false;
+}
+
+bool audit_is_sound(const ObjectRecord& r) {
+  for (int i = 0; i < 2; ++i)
+    if (r.audit_wrong[i] > r.audit_lines[i] || (r.method == static_cast<uint8_t>(Method::proven) && r.audit_wrong[i] > 0))
+      return false;
+  if (r.audit_lines[0] == 0) return r.audit_bound_95 == 0;
+  const double rate = static_cast<double>(r.audit_wrong[0]) / static_cast<double>(r.audit_lines[0]);
+  return static_cast<double>(r.audit_bound_95) >= rate && r.audit_bound_95 <= 1;  // NaN: false
+}
+
+// All cells are of one of the classes that the method has.
+bool counts_add_up(const ObjectRecord& r, uint64_t cells) {
+  if (r.statistical_cells != 0 && r.method != static_cast<uint8_t>(Method::hybrid)) return false;
+  if (r.method == static_cast<uint8_t>(Method::none) && r.cells[2] != cells) return false;
+  for (uint64_t count : {r.cells[0], r.cells[1], r.cells[2], r.statistical_cells}) {
+    if (count > cells) return false;
+    cells -= count;
+  }
+  return cells == 0;
+}
+
 bool Reader::check_object(uint32_t index, uint64_t at, uint64_t& names_end) {
   const ObjectRecord& r = *contents_.objects[index].record;
   const std::string name = "object " + std::to_string(index);
@@ -257,12 +305,10 @@ bool Reader::check_object(uint32_t index, uint64_t at, uint64_t& names_end) {
   contents_.objects[index].name = {reinterpret_cast<const char*>(names.data()) + r.name_offset, r.name_length};
   if (!is_utf8(contents_.objects[index].name)) return report(FindingId::object_name, at, name);
   if (r.depth < kMinDepth || r.depth > kMaxDepth) return report(FindingId::object_depth, at + 12, name);
-  const uint32_t samples = r.method_parameters[0];
-  if (r.method != static_cast<uint8_t>(Method::sampled) || (samples != 16 && samples != 81 && samples != 256) ||
-      !all_zero(std::span(r.method_parameters).subspan(3)))
-    return report(FindingId::object_method, at + 13, name);
+  if (!method_is_known(r)) return report(FindingId::object_method, at + 13, name);
   bool good = check_reserved(r.reserved0, sizeof r.reserved0, at + offsetof(ObjectRecord, reserved0), "object record") &
               check_reserved(r.reserved1, sizeof r.reserved1, at + offsetof(ObjectRecord, reserved1), "object record");
+  if (!audit_is_sound(r)) good = report(FindingId::object_audit, at + offsetof(ObjectRecord, audit_lines), name);
   if (!box_is_usable(r)) return report(FindingId::object_box, at + offsetof(ObjectRecord, box_min), name);
 
   const TreeShape shape = tree_shape(r.depth);
@@ -271,8 +317,7 @@ bool Reader::check_object(uint32_t index, uint64_t at, uint64_t& names_end) {
   };
   const uint64_t cells = shape.cells();
   if (!pool_fits(shape.has_blocks256, r.block256_count) || !pool_fits(shape.has_blocks16, r.block16_count) ||
-      !pool_fits(true, r.brick_count) || r.cells[0] > cells || r.cells[1] > cells - r.cells[0] ||
-      r.cells[2] != cells - r.cells[0] - r.cells[1])
+      !pool_fits(true, r.brick_count) || !counts_add_up(r, cells))
     return report(FindingId::object_counts, at + offsetof(ObjectRecord, cells), name);
   return check_owned_sections(index, r, at) && good;
 }
@@ -344,7 +389,8 @@ bool Reader::read_tree(uint32_t index) {
   tree.block16_count = r.block16_count;
   tree.brick_count = r.brick_count;
   tree.has_clear = r.cells[0] != 0;
-  tree.has_blocked = r.cells[1] != 0;
+  tree.has_blocked = r.cells[1] != 0 || r.statistical_cells != 0;
+  tree.blocked_answers = TreeView::kAllAnswers;
   tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
   tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
   tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;
@@ -371,13 +417,13 @@ bool Reader::read_tree(uint32_t index) {
   const TreeStatistics s = measure_tree(tree);
   if (r.depth == 1 && s.mixed_groups > 0)
     return report(FindingId::tree_depth, e.offset, std::to_string(s.mixed_groups) + " groups of sixteen cells differ");
-  if (s.reserved_cells > 0)
-    return report(FindingId::tree_class, e.offset, std::to_string(s.reserved_cells) + " cells");
+  if (s.cells[3] > 0 && r.method != static_cast<uint8_t>(Method::hybrid))
+    return report(FindingId::tree_class, e.offset, std::to_string(s.cells[3]) + " cells of class 3");
   if (s.unreferenced_blocks > 0)
     return report(FindingId::tree_unreferenced, e.offset, std::to_string(s.unreferenced_blocks) + " blocks");
   if (s.duplicate_blocks > 0)
     return report(FindingId::tree_duplicate, e.offset, std::to_string(s.duplicate_blocks) + " blocks");
-  if (s.cells != std::array<uint64_t, 3>{r.cells[0], r.cells[1], r.cells[2]} || s.nodes_unfolded != r.nodes_unfolded ||
+  if (s.cells != std::array<uint64_t, 4>{r.cells[0], r.cells[1], r.cells[2], r.statistical_cells} || s.nodes_unfolded != r.nodes_unfolded ||
       s.nodes_folded != r.nodes_folded || s.nodes_shared != r.nodes_shared)
     return report(FindingId::object_statistics, objects_entry_->offset + index * sizeof(ObjectRecord));
   return true;
@@ -433,7 +479,7 @@ std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::v
 }
 
 AlignedBytes section_bytes(Bytes file, const SectionEntry& section) {
-  AlignedBytes out = allocate(section.logical_size);
+  AlignedBytes out = allocate_aligned(section.logical_size);
   if (!out.data) return {};
   const std::byte* stored = file.data() + section.offset;
   if (section.storage == static_cast<uint32_t>(Storage::raw)) {

@@ -11,24 +11,28 @@ namespace {
 
 // One subtree: who it is, and what it adds to the totals each time it is reached.
 struct Node {
-  uint64_t identity = 0;  // equal subtrees of a level have equal identities; 0, 1, 2 are the uniform ones
-  uint64_t clear = 0, blocked = 0;
+  uint64_t identity = 0;  // equal subtrees of a level have equal identities; those of one class have its number
+  uint64_t clear = 0, blocked = 0, statistical = 0;
   uint64_t unfolded = 1;
   uint64_t folded = 1;
-  bool leaf() const { return identity < kUniformBlocks; }
+  bool leaf() const { return identity < kClasses; }
 };
 struct Totals {
-  uint64_t clear = 0, blocked = 0, unfolded = 0, folded = 0;
+  uint64_t clear = 0, blocked = 0, statistical = 0, unfolded = 0, folded = 0;
 };
+
+// A block's identity from its index; blocks of one class have their class instead.
+uint64_t identity_of_block(uint64_t index) { return index < kUniformBlocks ? index : index + kClasses; }
 
 // Joins sixteen children into their parent; the caller gives the identity.
 Node join(const Node* children, uint64_t identity) {
-  Node parent{identity, 0, 0, 1, 1};
+  Node parent{identity, 0, 0, 0, 1, 1};
   const bool all_leaves = std::all_of(children, children + 16, [](const Node& n) { return n.leaf(); });
   for (int i = 0; i < 16; ++i) {
     parent.clear += children[i].clear;
     parent.blocked += children[i].blocked;
-    if (identity < kUniformBlocks) continue;  // all descendants agree: the parent is a leaf, the children do not exist
+    parent.statistical += children[i].statistical;
+    if (identity < kClasses) continue;  // all descendants agree: the parent is a leaf, the children do not exist
     parent.unfolded += children[i].unfolded;
     if (!all_leaves) parent.folded += children[i].folded;
   }
@@ -44,14 +48,14 @@ class Groups {
  public:
   uint64_t identity_of(const Node* children) {
     const uint64_t first = children[0].identity;
-    if (first < kUniformBlocks &&
+    if (first < kClasses &&
         std::all_of(children, children + 16, [&](const Node& n) { return n.identity == first; }))
       return first;
     uint64_t key[16];
     for (int i = 0; i < 16; ++i) key[i] = children[i].identity;
     const uint64_t hash = XXH3_64bits(key, sizeof key);
     if (is_group(children)) group_hashes_.push_back(hash);
-    return hash | 4;  // never below 3; equal children give equal identities
+    return hash | kClasses;  // never a class; equal children give equal identities
   }
   uint64_t distinct_groups() {
     std::sort(group_hashes_.begin(), group_hashes_.end());
@@ -64,7 +68,7 @@ class Groups {
 };
 
 struct BrickSummary {
-  uint16_t clear, blocked;
+  uint16_t clear, blocked, statistical;
   uint8_t mixed_groups;  // of the sixteen 2×2×2×2 groups of cells, those whose cells differ
 };
 
@@ -77,7 +81,7 @@ void gather_children(uint32_t parent, uint32_t bits, uint32_t indices[16]) {
                  ((2 * u + (i >> 1 & 1)) << bits) | (2 * v + (i & 1));
 }
 
-BrickSummary summarize_brick(const uint8_t* brick, uint64_t& reserved_cells) {
+BrickSummary summarize_brick(const uint8_t* brick) {
   BrickSummary summary{};
   for (uint32_t group = 0; group < 16; ++group) {
     uint32_t cells[16], seen = 0;
@@ -87,7 +91,7 @@ BrickSummary summarize_brick(const uint8_t* brick, uint64_t& reserved_cells) {
       seen |= 1u << bits;
       summary.clear += bits == 0;
       summary.blocked += bits == 1;
-      reserved_cells += bits == 3;
+      summary.statistical += bits == 3;
     }
     summary.mixed_groups += (seen & (seen - 1)) != 0;
   }
@@ -95,8 +99,10 @@ BrickSummary summarize_brick(const uint8_t* brick, uint64_t& reserved_cells) {
 }
 
 Node brick_node(const BrickSummary& brick, uint32_t index) {
-  if (index < kUniformBlocks) return {index, brick.clear, brick.blocked, 1, 1};
-  return {index, brick.clear, brick.blocked, 17u + 16u * brick.mixed_groups, brick.mixed_groups ? 17u : 1u};
+  const bool all_statistical = brick.statistical == 4 * kBrickBytes;
+  if (index < kUniformBlocks || all_statistical)
+    return {all_statistical ? 3 : index, brick.clear, brick.blocked, brick.statistical, 1, 1};
+  return {identity_of_block(index), brick.clear, brick.blocked, brick.statistical, 17u + 16u * brick.mixed_groups, brick.mixed_groups ? 17u : 1u};
 }
 
 // Reduces row-major levels of nodes, sixteen to one, down to one node. nodes has 16^levels entries.
@@ -137,7 +143,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
 
   std::vector<BrickSummary> bricks(tree.brick_count);
   for (uint64_t i = 0; i < tree.brick_count; ++i) {
-    bricks[i] = summarize_brick(tree.bricks + i * kBrickBytes, result.reserved_cells);
+    bricks[i] = summarize_brick(tree.bricks + i * kBrickBytes);
     groups += i >= kUniformBlocks && bricks[i].mixed_groups > 0;
     result.mixed_groups += bricks[i].mixed_groups;
   }
@@ -152,8 +158,8 @@ TreeStatistics measure_tree(const TreeView& tree) {
   for (uint64_t i = 0; i < tree.block16_count; ++i) {
     Node children[16];
     for (int c = 0; c < 16; ++c) children[c] = node_of_brick(tree.blocks16[i * kBlock16Words + c]);
-    groups16.identity_of(children);
-    blocks16[i] = join(children, i);
+    const uint64_t identity = groups16.identity_of(children);
+    blocks16[i] = join(children, identity < kClasses ? identity : identity_of_block(i));
   }
   std::vector<bool> block16_seen(tree.block16_count);
   const auto node_below = [&](uint32_t index) {
@@ -169,7 +175,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
     nodes.resize(256);
     for (int c = 0; c < 256; ++c) nodes[c] = node_below(tree.blocks256[i * kBlock256Words + c]);
     blocks256[i] = reduce(nodes, 2, groups256);
-    blocks256[i].identity = i;
+    if (!blocks256[i].leaf()) blocks256[i].identity = identity_of_block(i);
   }
   std::vector<bool> block256_seen(tree.block256_count);
   const auto node_of_top = [&](uint32_t index) {
@@ -187,13 +193,15 @@ TreeStatistics measure_tree(const TreeView& tree) {
     const Node root = reduce(nodes, tree.shape.top_levels, groups_top);
     totals.clear += root.clear;
     totals.blocked += root.blocked;
+    totals.statistical += root.statistical;
     totals.unfolded += root.unfolded;
     totals.folded += root.folded;
   }
 
   groups += groups16.distinct_groups() + groups256[0].distinct_groups() + groups256[1].distinct_groups();
   for (Groups& level : groups_top) groups += level.distinct_groups();
-  result.cells = {totals.clear, totals.blocked, tree.shape.cells() - totals.clear - totals.blocked};
+  result.cells = {totals.clear, totals.blocked, tree.shape.cells() - totals.clear - totals.blocked - totals.statistical,
+                  totals.statistical};
   result.nodes_unfolded = totals.unfolded;
   result.nodes_folded = totals.folded;
   result.nodes_shared = kFacePairs + 16 * groups;

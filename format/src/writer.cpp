@@ -1,6 +1,7 @@
 #include <vcd/format/writer.h>
 
 #include <algorithm>
+#include <cstring>
 #include <exception>
 #include <memory>
 
@@ -103,6 +104,86 @@ Section make_section(uint32_t type, uint32_t flags, uint32_t object, std::vector
   return section;
 }
 
+// All bytes of a file, in place or ready to be made.
+class Layout {
+ public:
+  // False if contents.stop stopped it.
+  bool make(const SidecarToWrite& contents);
+  uint64_t size() const { return header_.file_size; }
+
+  // put(Bytes) for one piece after the other. False if stop stopped it.
+  template <class Put>
+  bool emit(const std::function<bool()>& stop, const Put& put) const {
+    static constexpr std::byte kZeros[kPageAlignment] = {};
+    put(bytes_of(header_));
+    put(std::as_bytes(std::span(table_)));
+    uint64_t end = sizeof header_ + table_.size() * sizeof(SectionEntry);
+    for (const Section& section : sections_) {
+      if (stop && stop()) return false;
+      put(Bytes(kZeros, section.entry.offset - end));
+      if (!section.compressed.empty()) put(Bytes(section.compressed));
+      else
+        for (Bytes piece : section.pieces) put(piece);
+      end = section.entry.offset + section.entry.stored_size;
+    }
+    return true;
+  }
+
+ private:
+  FileHeader header_{};
+  std::vector<SectionEntry> table_;
+  std::vector<Section> sections_;
+  std::vector<ObjectRecord> records_;
+  std::string names_;
+  std::vector<std::byte> provenance_;
+};
+
+bool Layout::make(const SidecarToWrite& contents) {
+  for (const ObjectToWrite& object : contents.objects) {
+    ObjectRecord record = object.record;
+    const std::string name = make_utf8(object.name);
+    record.name_offset = static_cast<uint32_t>(names_.size());
+    record.name_length = static_cast<uint32_t>(name.size());
+    names_ += name;
+    records_.push_back(record);
+  }
+  provenance_ = encode_provenance(contents.provenance);
+
+  sections_.push_back(make_section(kSectionObjects, kSectionCritical, kNone, {std::as_bytes(std::span(records_))}));
+  sections_.push_back(make_section(kSectionNames, kSectionCritical, kNone, {std::as_bytes(std::span(names_))}));
+  sections_.push_back(make_section(kSectionProvenance, 0, kNone, {provenance_}));
+  for (uint32_t i = 0; i < contents.objects.size(); ++i) {
+    const ObjectToWrite& object = contents.objects[i];
+    records_[i].tree_section = static_cast<uint32_t>(sections_.size());
+    sections_.push_back(make_section(kSectionTree, kSectionCritical, i, object.tree));
+    records_[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections_.size());
+    if (!object.geometry.empty()) sections_.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
+  }
+  for (const OptionalSection& other : contents.others) {
+    sections_.push_back(make_section(other.entry.type, other.entry.flags, other.entry.object, {other.logical}));
+    sections_.back().entry.alignment = other.entry.alignment;
+  }
+
+  uint64_t budget = largest_logical_total(0);
+  uint64_t end = sizeof(FileHeader) + sections_.size() * sizeof(SectionEntry);
+  for (Section& section : sections_) {
+    if (contents.stop && contents.stop()) return false;
+    store(section, contents, budget);
+    SectionEntry& e = section.entry;
+    e.offset = (end + e.alignment - 1) / e.alignment * e.alignment;
+    end = e.offset + e.stored_size;
+    table_.push_back(e);
+  }
+  header_.magic = kMagic;
+  header_.version_major = kVersionMajor;
+  header_.version_minor = kVersionMinor;
+  header_.section_count = static_cast<uint32_t>(table_.size());
+  header_.file_size = end;
+  header_.section_table_xxh3 = checksum(std::as_bytes(std::span(table_)));
+  header_.header_xxh3 = checksum(bytes_of(header_).first(offsetof(FileHeader, header_xxh3)));
+  return true;
+}
+
 }  // namespace
 
 std::vector<Bytes> tree_pieces(const TreeView& tree) {
@@ -113,69 +194,30 @@ std::vector<Bytes> tree_pieces(const TreeView& tree) {
 }
 
 Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) try {
-  std::string names;
-  std::vector<ObjectRecord> records;
-  for (const ObjectToWrite& object : contents.objects) {
-    ObjectRecord record = object.record;
-    const std::string name = make_utf8(object.name);
-    record.name_offset = static_cast<uint32_t>(names.size());
-    record.name_length = static_cast<uint32_t>(name.size());
-    names += name;
-    records.push_back(record);
-  }
-  const std::vector<std::byte> provenance = encode_provenance(contents.provenance);
-
-  std::vector<Section> sections;
-  sections.push_back(make_section(kSectionObjects, kSectionCritical, kNone, {std::as_bytes(std::span(records))}));
-  sections.push_back(make_section(kSectionNames, kSectionCritical, kNone, {std::as_bytes(std::span(names))}));
-  sections.push_back(make_section(kSectionProvenance, 0, kNone, {provenance}));
-  for (uint32_t i = 0; i < contents.objects.size(); ++i) {
-    const ObjectToWrite& object = contents.objects[i];
-    records[i].tree_section = static_cast<uint32_t>(sections.size());
-    sections.push_back(make_section(kSectionTree, kSectionCritical, i, object.tree));
-    records[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections.size());
-    if (!object.geometry.empty()) sections.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
-  }
-  for (const OptionalSection& other : contents.others) {
-    sections.push_back(make_section(other.entry.type, other.entry.flags, other.entry.object, {other.logical}));
-    sections.back().entry.alignment = other.entry.alignment;
-  }
-
-  uint64_t budget = largest_logical_total(0);
+  const Error stopped{ErrorCode::runtime, path.string() + ": stopped"};
+  Layout layout;
+  if (!layout.make(contents)) return stopped;
   AtomicFile file(path);
-  uint64_t end = sizeof(FileHeader) + sections.size() * sizeof(SectionEntry);
-  file.append_zeros(end);
-  std::vector<SectionEntry> table;
-  for (Section& section : sections) {
-    if (contents.stop && contents.stop()) return Error{ErrorCode::runtime, path.string() + ": stopped"};
-    store(section, contents, budget);
-    SectionEntry& e = section.entry;
-    e.offset = (end + e.alignment - 1) / e.alignment * e.alignment;
-    file.append_zeros(e.offset - end);
-    if (!section.compressed.empty()) {
-      file.append(section.compressed);
-      section.compressed = {};
-    } else {
-      for (Bytes piece : section.pieces) file.append(piece);
-    }
-    end = e.offset + e.stored_size;
-    table.push_back(e);
-  }
-
-  FileHeader header{};
-  header.magic = kMagic;
-  header.version_major = kVersionMajor;
-  header.version_minor = kVersionMinor;
-  header.section_count = static_cast<uint32_t>(table.size());
-  header.file_size = end;
-  header.section_table_xxh3 = checksum(std::as_bytes(std::span(table)));
-  header.header_xxh3 = checksum(bytes_of(header).first(offsetof(FileHeader, header_xxh3)));
-  file.overwrite(0, bytes_of(header));
-  file.overwrite(sizeof header, std::as_bytes(std::span(table)));
-  if (contents.stop && contents.stop()) return Error{ErrorCode::runtime, path.string() + ": stopped"};
+  if (!layout.emit(contents.stop, [&](Bytes bytes) { file.append(bytes); })) return stopped;
+  if (contents.stop && contents.stop()) return stopped;
   return file.commit();
 } catch (const std::exception& e) {  // out of memory, no random numbers for a temporary name
   return Error{ErrorCode::runtime, path.string() + ": cannot write: " + e.what()};
+}
+
+Result<AlignedBytes> sidecar_bytes(const SidecarToWrite& contents) try {
+  Layout layout;
+  if (!layout.make(contents)) return Error{ErrorCode::runtime, "stopped"};
+  AlignedBytes file = allocate_aligned(layout.size());
+  if (!file.data) return Error{ErrorCode::runtime, "out of memory"};
+  size_t at = 0;
+  layout.emit({}, [&](Bytes bytes) {
+    if (!bytes.empty()) std::memcpy(file.data.get() + at, bytes.data(), bytes.size());
+    at += bytes.size();
+  });
+  return file;
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::runtime, "out of memory"};
 }
 
 }  // namespace vcd

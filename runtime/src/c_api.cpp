@@ -35,6 +35,7 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
   if (!options) return result;
   if (options->copy) result.load = vcd::Load::copy;
   if (options->check_bounds_only) result.check = vcd::CheckLevel::bounds;
+  if (options->size >= sizeof *options) result.proven_only = options->proven_only != 0;
   return result;
 }
 
@@ -53,7 +54,8 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
   }
 }
 
-bool usable(const vcd_open_options* options) { return !options || options->size >= sizeof(vcd_open_options); }
+// The first version of the options ended before proven_only.
+bool usable(const vcd_open_options* options) { return !options || options->size >= offsetof(vcd_open_options, proven_only); }
 
 const vcd_object* handle_of(const vcd_sidecar* sidecar, const std::optional<vcd::Object>& found) {
   if (!found) return nullptr;
@@ -94,7 +96,7 @@ vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options
   if ((!data && size) || !usable(options))
     return fail(error, VCD_ERROR_USAGE, "data is null, or options->size is not set");
   const vcd::Bytes bytes(static_cast<const std::byte*>(data), size);
-  return finish(vcd::Sidecar::open_buffer(bytes, translate(options).check), sidecar, error);
+  return finish(vcd::Sidecar::open_buffer(bytes, translate(options)), sidecar, error);
 } catch (...) {
   return VCD_ERROR_RUNTIME;
 }
@@ -122,6 +124,8 @@ const char* vcd_object_name(const vcd_object* object, size_t* length) {
   if (length) *length = name.size();
   return name.data();
 }
+
+int vcd_object_answers(const vcd_object* object) { return object->object.answers(); }
 
 vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment) {
   vcd::Segment copy;

@@ -1,5 +1,6 @@
 #include <vcd/runtime/sidecar.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <new>
 #include <vector>
@@ -41,6 +42,12 @@ struct Kernel {
   }
 };
 
+// For objects that answer nothing.
+Visibility unclassified_one(const ObjectData&, const Segment&) noexcept { return Visibility::unclassified; }
+void unclassified_array(const ObjectData&, std::span<const Segment> segments, Visibility* answers) noexcept {
+  std::fill_n(answers, segments.size(), Visibility::unclassified);
+}
+
 template <uint32_t... kDepths>
 void choose_kernels(ObjectData& data, std::integer_sequence<uint32_t, kDepths...>) {
   ((data.record->depth == kDepths + 1 &&
@@ -66,21 +73,31 @@ void Object::classify(std::span<const Segment> segments, std::span<Visibility> a
 
 std::string_view Object::name() const noexcept { return data_->name; }
 const ObjectRecord& Object::record() const noexcept { return *data_->record; }
+bool Object::answers() const noexcept { return data_->classify_one != unclassified_one; }
 
 Sidecar::Sidecar(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Sidecar::Sidecar(Sidecar&&) noexcept = default;
 Sidecar& Sidecar::operator=(Sidecar&&) noexcept = default;
 Sidecar::~Sidecar() = default;
 
-Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, CheckLevel check, const std::string& name) {
+Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options, const std::string& name) {
   std::vector<Finding> findings;
-  auto contents = read_sidecar(bytes, check, findings);
+  auto contents = read_sidecar(bytes, options.check, findings);
   if (!contents) return first_error(name, findings);
   state->contents = std::move(*contents);
   for (const ObjectContents& object : state->contents.objects) {
     ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max), object.tree, object.record,
                     object.name, nullptr, nullptr};
-    choose_kernels(data, std::make_integer_sequence<uint32_t, kMaxDepth>());
+    const auto method = static_cast<Method>(object.record->method);
+    if (method == Method::none || (options.proven_only && method == Method::sampled)) {
+      data.classify_one = unclassified_one, data.classify_array = unclassified_array;
+    } else {
+      choose_kernels(data, std::make_integer_sequence<uint32_t, kMaxDepth>());
+    }
+    if (options.proven_only) {
+      data.tree.blocked_answers = TreeView::kProvenAnswers;
+      data.tree.has_blocked = object.record->cells[1] != 0;
+    }
     state->objects.push_back(data);
   }
   return Sidecar(std::move(state));
@@ -93,17 +110,17 @@ Result<Sidecar> Sidecar::open(const std::filesystem::path& path, const OpenOptio
     auto state = std::make_unique<State>();
     state->file = std::move(*file);
     const Bytes bytes = state->file.bytes();
-    return read(std::move(state), bytes, options.check, path.string());
+    return read(std::move(state), bytes, options, path.string());
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::runtime, path.string() + ": out of memory"};
   }
 }
 
-Result<Sidecar> Sidecar::open_buffer(Bytes bytes, CheckLevel check) {
+Result<Sidecar> Sidecar::open_buffer(Bytes bytes, const OpenOptions& options) {
   try {
     if (reinterpret_cast<uintptr_t>(bytes.data()) % 8 != 0)
       return Error{ErrorCode::usage, "buffer: its address is not a multiple of 8"};
-    return read(std::make_unique<State>(), bytes, check, "buffer");
+    return read(std::make_unique<State>(), bytes, options, "buffer");
   } catch (const std::bad_alloc&) {
     return Error{ErrorCode::runtime, "buffer: out of memory"};
   }

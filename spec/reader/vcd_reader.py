@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An independent reader of .vcd files, written from vcd-format.md (version 1.0) and conventions.md alone.
+"""An independent reader of .vcd files, written from vcd-format.md (versions 1 and 2) and conventions.md alone.
 
     vcd_reader.py dump [--no-checksums] FILE                                validate, print one JSON object
     vcd_reader.py classify [--no-checksums] FILE OBJECT_INDEX SEGMENTS OUT  one byte a 32-byte segment record
@@ -19,7 +19,7 @@ from itertools import combinations, product
 from xxh3 import u32, u64, xxh3_64, xxh3_128
 
 NONE = 0xFFFFFFFF
-CLEAR, BLOCKED, UNCLASSIFIED = 0, 1, 2                                             # *Terms*
+CLEAR, BLOCKED, UNCLASSIFIED, STATISTICALLY_BLOCKED = 0, 1, 2, 3                                             # *Terms*
 
 
 class VcdError(Exception):
@@ -101,7 +101,7 @@ class VcdFile:
                 "damaged in transfer: bytes 1 to 3 say VCD" if d[1:4] == b"VCD" else "no .vcd file")
         require(len(d) >= 64, "Header", len(d), "the file ends inside the header")
         self.major, self.minor, self.count, size, table_xxh3 = struct.unpack_from("<HHIQQ", d, 8)
-        require(self.major == 1, "Versions", 8, f"major version {self.major}")
+        require(self.major in (1, 2), "Versions", 8, f"major version {self.major}")
         require(xxh3_64(d[:56]) == u64(d, 56), "Header", 56, "header_xxh3 is wrong")
         require(size == len(d), "Header", 16, f"file_size says {size}, the file has {len(d)} bytes")
         self.reserved(32, 24)
@@ -110,7 +110,7 @@ class VcdFile:
         require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
 
     def reserved(self, at, size):
-        """*Reserved fields*: zero in a file of version 1.0; ignored in files of later minor versions."""
+        """*Reserved fields*: zero in a file of version 1.0 or 2.0; ignored in files of later minor versions."""
         require(self.minor > 0 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
 
     def read_section_table(self):
@@ -259,12 +259,16 @@ def decompress(stored, logical_size, at):
     return run.stdout
 
 
+NO_METHOD, SAMPLED, PROVEN, HYBRID = range(4)                                            # *Methods*
+
+
 class ObjectRecord:
     """One record of the *OBJT section*."""
-    FORMAT = struct.Struct("<IIIBB2x3f3f16sQQ3QIIQQQQQQ8I")
+    FORMAT = struct.Struct("<IIIBB2x3f3f16sQQ3QIIQQQQQQ8IQ2Q2Qff")
     NAMES = ("source_index", "depth", "method", "method_parameters", "box_min", "box_max", "triangle_count",
              "vertex_count", "cells", "block256_count", "block16_count", "brick_count",
-             "nodes_unfolded", "nodes_folded", "nodes_shared")
+             "nodes_unfolded", "nodes_folded", "nodes_shared", "statistical_cells", "audit_lines", "audit_wrong",
+             "audit_bound_95", "guard_band")
 
     def __init__(self, file, at):
         self.at, self.name, where = at, "", "OBJT section"
@@ -277,18 +281,41 @@ class ObjectRecord:
         self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[22:25]
         self.method_parameters = list(f[25:33])
         file.reserved(at + 14, 2)
-        file.reserved(at + 184, 72)
+        if file.major == 1:                                                # what it does not have is 0
+            f = f[:33] + (0,) * 7
+        self.statistical_cells, self.audit_lines, self.audit_wrong = f[33], list(f[34:36]), list(f[36:38])
+        self.audit_bound_95, self.guard_band = f[38:40]
+        file.reserved(*((at + 184, 72) if file.major == 1 else (at + 232, 24)))
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
-        require(self.method == 1, where, at + 13, f"unknown method {self.method}")
-        require(self.method_parameters[0] in (16, 81, 256), where, at + 152, "samples a cell")
-        require(not any(self.method_parameters[3:]), where, at + 164, "method parameters 3 to 7 are not zero")
+        self.check_method(file.major, where)
         self.scale = []                                                    # *Line to cell*, step 1
         for a in range(3):
             extent = f32(self.box_max[a] - self.box_min[a])
             require(2.0 ** -100 <= extent <= 2.0 ** 100, where, at + 28 + 4 * a, "box_max - box_min is out of range")
             self.scale.append(f32(256.0 / extent))
         self.levels = max(self.depth, 2)                                   # L of *TREE section*
-        require(sum(self.cells) == 15 * 16 ** self.levels, where, at + 72, "the cells do not add up to 15 · 16^L")
+        require(sum(self.cells) + self.statistical_cells == 15 * 16 ** self.levels, where, at + 72,
+                "the cells do not add up to 15 · 16^L")
+
+    def check_method(self, major, where):
+        at, samples = self.at, self.method_parameters[0]
+        require(self.method == 1 if major == 1 else self.method <= HYBRID, where, at + 13, f"unknown method {self.method}")
+        require(samples in {NO_METHOD: (0,), SAMPLED: (16, 81, 256), PROVEN: (0,), HYBRID: (81, 256)}[self.method], where,
+                at + 152, "samples a cell")
+        require(not any(self.method_parameters[0 if self.method == NO_METHOD else 3:]), where, at + 164,
+                "method parameters that are not used are not zero")
+        guarded = self.method in (PROVEN, HYBRID)
+        require(0 < self.guard_band < float("inf") if guarded else self.guard_band == 0, where, at + 228, "guard band")
+        require(self.method == HYBRID or self.statistical_cells == 0, where, at + 184, "statistical cells")
+        require(self.method != NO_METHOD or (self.depth == 1 and self.cells[:2] == [0, 0]), where, at + 72,
+                "method none, and not wholly unclassified at depth 1")
+        for lines, wrong in zip(self.audit_lines, self.audit_wrong):
+            require(wrong <= lines, where, at + 208, "more wrong lines than lines")
+            require(self.method != PROVEN or wrong == 0, where, at + 208, "proven, and wrong lines")
+        if self.audit_lines[0] == 0:
+            require(self.audit_bound_95 == 0, where, at + 224, "a bound without an audit")
+        else:
+            require(self.audit_wrong[0] / self.audit_lines[0] <= self.audit_bound_95 <= 1, where, at + 224, "the bound")
 
     def describe(self):
         return {"name": self.name, "geometry_hash": self.geometry_hash.hex(),
@@ -375,7 +402,7 @@ class Tree:
         for i in range(3):
             uniform = bytes([i * 0x55]) * width if name == "brick" else struct.pack("<I", i) * (width // 4)
             self.check(raw[i] == uniform, at + width * i, f"{name} {i} is not the uniform one")
-        if name == "brick":
+        if name == "brick" and self.record.method != HYBRID:
             for i, block in enumerate(raw):
                 bits = int.from_bytes(block, "little")
                 self.check(not bits & bits >> 1 & int.from_bytes(b"\x55" * 64, "little"), at + 64 * i,
@@ -402,31 +429,32 @@ class Tree:
     def check_counts(self):
         """`cells` of the *OBJT section* and the three numbers of *Node counts*, from the tree."""
         record, forest, level = self.record, Forest(self.levels), self.levels
-        nodes = [CLEAR, BLOCKED, UNCLASSIFIED]                 # the node of each index of the array below
+        nodes = [CLEAR, BLOCKED, UNCLASSIFIED, STATISTICALLY_BLOCKED]  # the node of each index of the array below
         for pool in reversed(self.pools):
             nodes = [forest.join([nodes[word] for word in block], pool.bits, level) for block in pool.blocks]
             level -= pool.bits
         width = 16 ** self.top_bits
         roots = [forest.join([nodes[word] for word in self.top[pair * width:(pair + 1) * width]], self.top_bits, level)
                  for pair in range(15)]
-        *cells, unfolded, folded = map(sum, zip(*(forest.totals[0][root] for root in roots)))
-        for name, offset, found in (("cells", 72, cells), ("nodes_unfolded", 128, unfolded),
+        *cells, statistical, unfolded, folded = map(sum, zip(*(forest.totals[0][root] for root in roots)))
+        for name, offset, found in (("cells", 72, cells), ("statistical_cells", 184, statistical),
+                                    ("nodes_unfolded", 128, unfolded),
                                     ("nodes_folded", 136, folded), ("nodes_shared", 144, 15 + 16 * forest.groups)):
             stated = getattr(record, name)
-            require(stated == found, "OBJT section" if name == "cells" else "Node counts", record.at + offset,
+            require(stated == found, "OBJT section" if "cells" in name else "Node counts", record.at + offset,
                     f"{name} says {stated}, the tree has {found}")
 
 
 class Forest:
-    """*Node counts*. A node is a number that only makes sense with its level: 0, 1 and 2 are the leaves of the three
+    """*Node counts*. A node is a number that only makes sense with its level: 0 to 3 are the leaves of the four
     classes; equal subtrees of one level, of whichever face pair, are the same node."""
 
     def __init__(self, levels):
         self.known = [{} for _ in range(levels)]               # by level: sixteen children -> node
-        self.totals = []                                       # by level and node: three cell counts, unfolded, folded
+        self.totals = []                                       # by level and node: four cell counts, unfolded, folded
         for level in range(levels + 1):
             cells = 16 ** (levels - level)
-            self.totals.append([(cells, 0, 0, 1, 1), (0, cells, 0, 1, 1), (0, 0, cells, 1, 1)])
+            self.totals.append([tuple(cells * (c == leaf) for c in range(4)) + (1, 1) for leaf in range(4)])
         self.groups = 0                                        # g
 
     def join(self, nodes, bits, level):
@@ -437,12 +465,12 @@ class Forest:
         return nodes[0]
 
     def parent(self, children, level):
-        if children[0] <= 2 and children.count(children[0]) == 16:
+        if children[0] <= 3 and children.count(children[0]) == 16:
             return children[0]                                 # all cells inside have one class: a leaf
         node = self.known[level].get(children)
         if node is None:
             *cells, unfolded, folded = map(sum, zip(*(self.totals[level + 1][child] for child in children)))
-            folds = max(children) <= 2                         # all sixteen children are leaves
+            folds = max(children) <= 3                         # all sixteen children are leaves
             self.groups += not folds
             node = self.known[level][children] = len(self.totals[level])
             self.totals[level].append((*cells, 1 + unfolded, 1 if folds else 1 + folded))
@@ -488,7 +516,7 @@ def line_to_cell(record, origin, direction):
 def classify(record, tree, origin, t_min, direction, t_max):
     """*Line to cell*, The answer."""
     line = line_to_cell(record, origin, direction)
-    if line is None:
+    if line is None or record.method == NO_METHOD:
         return UNCLASSIFIED
     t_entry, t_exit, cell = line
     if cell is None or t_min >= t_exit or t_max <= t_entry:
@@ -496,7 +524,8 @@ def classify(record, tree, origin, t_min, direction, t_max):
     found = tree.cell_class(*cell)
     if found == CLEAR:
         return CLEAR
-    return BLOCKED if found == BLOCKED and t_min <= t_entry and t_max >= t_exit else UNCLASSIFIED
+    blocked = found in (BLOCKED, STATISTICALLY_BLOCKED)
+    return BLOCKED if blocked and t_min <= t_entry and t_max >= t_exit else UNCLASSIFIED
 
 
 def classify_file(file, index, segments):

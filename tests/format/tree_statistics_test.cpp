@@ -28,7 +28,7 @@ class Dense {
 
  private:
   struct Seen {
-    std::string shape;  // "0", "1", "2" for a leaf, else the children in brackets
+    std::string shape;  // "0" to "3" for a leaf, else the children in brackets
     bool leaf() const { return shape.size() == 1; }
   };
 
@@ -109,14 +109,13 @@ TreeArrays random_tree(uint32_t depth) {
       if (slot > shape.top_words() / 2) random.seed(7);  // the last ones are all the same
       for (uint32_t& brick : subtree.bricks) {
         brick = static_cast<uint32_t>(random() % 5);
-        if (brick < kDeeper) continue;
+        if (brick < kUniformBlocks) continue;
         BrickWords words;
         for (uint32_t& word : words) {
           word = random() % 2 ? 0x55555555u : 0xAAAAAAAAu;  // whole rows of one class, so that some groups are leaves
           if (random() % 4 == 0) word ^= 0x3;
         }
-        if (words[0] % 4 == 3 || random() % 3 == 0) words.fill(static_cast<uint32_t>(random() % 2) * 0x55555555u);
-        for (uint32_t& word : words) word &= ~(word & word >> 1 & 0x55555555u);  // no class 3
+        if (words[0] % 4 == 3 || random() % 3 == 0) words.fill(static_cast<uint32_t>(random() % 4) * 0x55555555u);
         brick = kDeeper + static_cast<uint32_t>(subtree.words.size());
         subtree.words.push_back(words);
       }

@@ -551,7 +551,7 @@ class Broken(unittest.TestCase):
 
     def test_header(self):
         self.patch(0, b"\x09", "Header")
-        self.patch(8, b"\2", "Versions")
+        self.patch(8, b"\3", "Versions")
         self.patch(16, u64(len(self.data) - 1), "Header")
         self.rejects(self.data + b"\0", "Header", 16)
         self.rejects(self.data[:-1], "Header", 16)

@@ -40,8 +40,8 @@ std::string printable(std::string_view name) {
 namespace {
 
 double share(const ObjectRecord& r, int which) {
-  const uint64_t all = r.cells[0] + r.cells[1] + r.cells[2];
-  return all ? static_cast<double>(r.cells[which]) / static_cast<double>(all) : 0;
+  const uint64_t counts[] = {r.cells[0], r.cells[1], r.cells[2], r.statistical_cells};
+  return static_cast<double>(counts[which]) / static_cast<double>(tree_shape(r.depth).cells());
 }
 
 }  // namespace
@@ -56,13 +56,24 @@ const char* method_name(Method method) {
   return "unknown";
 }
 
+const char* guarantee(Method method) {
+  switch (method) {
+    case Method::none: return "a sidecar would not pay, every segment is unclassified";
+    case Method::sampled: return "clear and blocked are statistics";
+    case Method::proven: return "clear and blocked are proofs";
+    case Method::hybrid: return "clear and blocked are proofs, statistically blocked is kept apart";
+  }
+  return "unknown";
+}
+
 Json describe_object(const ObjectContents& object) {
   const ObjectRecord& r = *object.record;
   Json json;
   json["name"] = object.name;
   json["source_index"] = r.source_index;
   json["depth"] = r.depth;
-  json["method"] = "sampled";
+  json["method"] = method_name(static_cast<Method>(r.method));
+  json["guarantee"] = guarantee(static_cast<Method>(r.method));
   json["samples"] = r.method_parameters[0];
   json["seed"] = r.method_parameters[1] | uint64_t{r.method_parameters[2]} << 32;
   json["box_min"] = r.box_min;
@@ -70,8 +81,15 @@ Json describe_object(const ObjectContents& object) {
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
-  json["cells"] = {{"clear", r.cells[0]}, {"blocked", r.cells[1]}, {"unclassified", r.cells[2]}};
-  json["shares"] = {{"clear", share(r, 0)}, {"blocked", share(r, 1)}, {"unclassified", share(r, 2)}};
+  json["cells"] = {{"clear", r.cells[0]}, {"blocked", r.cells[1]}, {"unclassified", r.cells[2]},
+                   {"statistically_blocked", r.statistical_cells}};
+  json["shares"] = {{"clear", share(r, 0)}, {"blocked", share(r, 1)}, {"unclassified", share(r, 2)},
+                    {"statistically_blocked", share(r, 3)}};
+  json["guard_band"] = r.guard_band;
+  json["audit"] = nullptr;
+  if (r.audit_lines[0] > 0)
+    json["audit"] = {{"lines", r.audit_lines[0]}, {"wrong", r.audit_wrong[0]}, {"aimed_lines", r.audit_lines[1]},
+                     {"aimed_wrong", r.audit_wrong[1]}, {"wrong_rate_bound_95", r.audit_bound_95}};
   json["blocks"] = {{"blocks256", r.block256_count}, {"blocks16", r.block16_count}, {"bricks", r.brick_count}};
   json["nodes"] = {{"unfolded", r.nodes_unfolded}, {"folded", r.nodes_folded}, {"shared", r.nodes_shared}};
   json["embedded_geometry_bytes"] = object.geometry.size();
@@ -112,11 +130,36 @@ std::string object_summary(const ObjectRecord& r) {
   std::snprintf(line, sizeof line, "  box       (%.9g, %.9g, %.9g) to (%.9g, %.9g, %.9g)\n", r.box_min[0], r.box_min[1],
                 r.box_min[2], r.box_max[0], r.box_max[1], r.box_max[2]);
   out += line;
-  std::snprintf(line, sizeof line, "  method    sampled, %u rays a cell, depth %u\n", r.method_parameters[0], r.depth);
+  const auto method = static_cast<Method>(r.method);
+  if (method == Method::none) return out + "  method    none: " + guarantee(method) + "\n";
+  std::snprintf(line, sizeof line, "  method    %s, depth %u: %s\n", method_name(method), r.depth, guarantee(method));
   out += line;
-  std::snprintf(line, sizeof line, "  lines     %.1f %% clear, %.1f %% blocked, %.1f %% unclassified\n",
-                100 * share(r, 0), 100 * share(r, 1), 100 * share(r, 2));
+  if (r.method_parameters[0] > 0) {
+    std::snprintf(line, sizeof line, "  samples   %u rays a cell%s\n", r.method_parameters[0],
+                  method == Method::hybrid ? " of the statistical tier" : "");
+    out += line;
+  }
+  if (r.guard_band > 0) {
+    std::snprintf(line, sizeof line, "  guard     proofs hold for lines within %.3g of the grid's 256 units\n", static_cast<double>(r.guard_band));
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "  lines     %.1f %% clear, %.1f %% blocked, ", 100 * share(r, 0), 100 * share(r, 1));
   out += line;
+  if (method == Method::hybrid) {
+    std::snprintf(line, sizeof line, "%.1f %% statistically blocked, ", 100 * share(r, 3));
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "%.1f %% unclassified\n", 100 * share(r, 2));
+  out += line;
+  if (r.audit_lines[0] > 0) {
+    std::snprintf(line, sizeof line, "  audit     %llu of %llu lines wrong (95 %% bound %.2g), %llu of %llu aimed at the mesh\n",
+                  static_cast<unsigned long long>(r.audit_wrong[0]), static_cast<unsigned long long>(r.audit_lines[0]),
+                  static_cast<double>(r.audit_bound_95), static_cast<unsigned long long>(r.audit_wrong[1]),
+                  static_cast<unsigned long long>(r.audit_lines[1]));
+    out += line;
+  } else {
+    out += "  audit     none\n";
+  }
   std::snprintf(line, sizeof line, "  octree    %s unfolded, %s folded, %s shared (32-bit nodes, as the paper counts)\n",
                 readable_bytes(4 * r.nodes_unfolded).c_str(), readable_bytes(4 * r.nodes_folded).c_str(),
                 readable_bytes(4 * r.nodes_shared).c_str());

@@ -21,7 +21,7 @@ struct BakeProgress {
 };
 
 struct BakeOptions {
-  Method method = Method::hybrid;
+  Method method = Method::hybrid;  // none: nothing is classified, and the file says that a sidecar would not pay
   uint32_t depth = 5;       // 1 … 8
   uint32_t samples = 256;   // sampled: rays a cell, 16, 81 or 256; hybrid: those of the statistical tier, 81 or 256
   uint64_t seed = 0;

@@ -20,13 +20,10 @@ class AtomicFile {
 
   // After the first failure further calls do nothing; commit() reports it.
   void append(Bytes bytes);
-  void append_zeros(uint64_t count);
-  void overwrite(uint64_t offset, Bytes bytes);
   Result<uint64_t> commit();  // the file's size
 
  private:
   void fail(const char* what);
-  void write_at(uint64_t offset, Bytes bytes);
 
   std::filesystem::path path_;
   std::string temporary_;

@@ -23,6 +23,8 @@ struct AlignedBytes {  // 64-byte aligned heap memory
   size_t size = 0;
 };
 
+AlignedBytes allocate_aligned(uint64_t size);  // without data where memory is short
+
 struct ObjectContents {
   const ObjectRecord* record = nullptr;
   std::string_view name;
@@ -37,6 +39,7 @@ struct SidecarContents {
   std::vector<ObjectContents> objects;
   std::vector<std::pair<std::string_view, std::string_view>> provenance;  // sorted by key
   std::vector<AlignedBytes> inflated;
+  std::vector<ObjectRecord> upgraded;  // of a file of version 1: its records, with zeros for what came later
 };
 
 // Reads a whole sidecar.

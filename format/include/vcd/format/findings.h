@@ -46,6 +46,7 @@ enum class Severity : uint8_t { warning, error };
   X(object_name, "object-name", error, "an object's name leaves the NAME section or is not UTF-8", "OBJT section")    \
   X(object_depth, "object-depth", error, "an object's depth is not 1 to 8", "OBJT section")                           \
   X(object_method, "object-method", error, "an object's method or its parameters are not known", "OBJT section")      \
+  X(object_audit, "object-audit", error, "an object's audit contradicts itself or its method", "OBJT section")        \
   X(object_box, "object-box", error, "an object's box is empty, not finite, or too small or large to use",            \
     "OBJT section")                                                                                                   \
   X(object_section, "object-section", error, "an object names a section that is not its own", "OBJT section")         \
@@ -60,7 +61,7 @@ enum class Severity : uint8_t { warning, error };
   X(tree_index, "tree-index", error, "an index points past the end of its pool", "TREE section")                      \
   X(tree_spare, "tree-spare", error, "the spare slot or the padding after the top table is not zero", "TREE section") \
   X(tree_depth, "tree-depth", error, "cells of a tree of depth 1 differ inside a cell of level 1", "TREE section")       \
-  X(tree_class, "tree-class", error, "a cell holds the reserved class 3", "TREE section")                             \
+  X(tree_class, "tree-class", error, "a cell holds a class that its method does not have", "TREE section")                             \
   X(tree_unreferenced, "tree-unreferenced", error, "a block is stored that nothing refers to", "TREE section")        \
   X(tree_duplicate, "tree-duplicate", error, "a block is stored twice", "TREE section")                               \
   X(provenance, "provenance", error, "the provenance pairs are malformed, unsorted or repeated", "PROV section")

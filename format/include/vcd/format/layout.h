@@ -13,7 +13,7 @@ static_assert(std::endian::native == std::endian::little, "vcd reads and writes 
 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 1;
+inline constexpr uint16_t kVersionMajor = 2;  // written; files of version 1 are read too
 inline constexpr uint16_t kVersionMinor = 0;
 
 struct FileHeader {
@@ -73,7 +73,12 @@ inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which
 constexpr uint64_t largest_logical_size(uint64_t stored_size) { return (uint64_t{1} << 20) + 256 * stored_size; }
 constexpr uint64_t largest_logical_total(uint64_t file_size) { return (uint64_t{64} << 20) + 256 * file_size; }
 
-enum class Method : uint8_t { none = 0, sampled = 1, proven = 2, hybrid = 3 };
+enum class Method : uint8_t {
+  none = 0,     // a sidecar would not pay: every segment is unclassified
+  sampled = 1,  // clear and blocked where all sample lines were; both may be wrong
+  proven = 2,   // clear and blocked are proofs
+  hybrid = 3,   // as proven, and a class of its own for cells whose sample lines were all blocked
+};
 
 struct ObjectRecord {
   uint32_t name_offset;  // into the NAME section
@@ -87,7 +92,7 @@ struct ObjectRecord {
   std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first
   uint64_t triangle_count;                // of the welded mesh
   uint64_t vertex_count;
-  uint64_t cells[3];           // clear, blocked, unclassified cells of the deepest stored level; sum 15 * 16^levels
+  uint64_t cells[3];           // clear, blocked, unclassified cells of the deepest stored level
   uint32_t tree_section;       // index into the section table
   uint32_t geometry_section;   // likewise, or kNone
   uint64_t block256_count;     // pools of the TREE section
@@ -96,11 +101,17 @@ struct ObjectRecord {
   uint64_t nodes_unfolded;     // of the octree as the paper counts: every node a 32-bit word
   uint64_t nodes_folded;       // with sixteen leaf children folded into their parent's word
   uint64_t nodes_shared;       // and identical groups of sixteen children stored once
-  uint32_t method_parameters[8];  // sampled: samples a cell, seed (low word), seed (high word); the rest zero
-  uint8_t reserved1[72];          // zero
+  uint32_t method_parameters[8];  // samples a cell (hybrid: of the statistical tier; proven: 0), seed (low word, high word)
+  uint64_t statistical_cells;     // of class 3; with cells[], 15 * 16^levels
+  uint64_t audit_lines[2];        // asked after the bake: undirected, and aimed at the mesh; 0: not audited
+  uint64_t audit_wrong[2];        // of them answered wrongly; proven: none
+  float audit_bound_95;           // upper end of the one-sided 95 % interval of the rate of wrong undirected lines; 0: not audited
+  float guard_band;               // of the proofs, grid units; else 0
+  uint8_t reserved1[24];          // zero
 };
 static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, box_min) == 16 &&
               offsetof(ObjectRecord, geometry_hash) == 40 && offsetof(ObjectRecord, cells) == 72 &&
-              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, method_parameters) == 152);
+              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, method_parameters) == 152 &&
+              offsetof(ObjectRecord, statistical_cells) == 184 && offsetof(ObjectRecord, guard_band) == 228);
 
 }  // namespace vcd

@@ -38,6 +38,9 @@ constexpr TreeShape tree_shape(uint32_t depth) {
   return {levels, top, levels >= 7, levels == 6 || levels == 8};
 }
 
+// Cells hold one of so many classes: those of Visibility, and statistically blocked.
+inline constexpr uint32_t kClasses = 4;
+
 // Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
 inline constexpr uint32_t kUniformBlocks = 3;
 
@@ -53,7 +56,11 @@ struct TreeView {
   uint64_t block16_count = 0;
   uint64_t brick_count = 0;
   bool has_clear = true;    // false: the object record counts no clear cell, so looking for one is skipped
-  bool has_blocked = true;  // likewise
+  bool has_blocked = true;  // likewise, of the classes that count as blocked
+  uint32_t blocked_answers = kProvenAnswers;  // kProvenAnswers, or kAllAnswers to take statistically blocked cells for blocked
+
+  // Two bits a class: XORed to "unclassified" they give "blocked".
+  static constexpr uint32_t kProvenAnswers = 0b00'00'11'00u, kAllAnswers = 0b11'00'11'00u;
 };
 
 // Row-major index of the `bits` bits above bit `low` of each of s, t, u, v.
@@ -103,8 +110,9 @@ inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[c
   if (!answerable) return Visibility::unclassified;
   const uint32_t slot = top_slot(shape, line), spare = shape.top_words();
   const uint32_t bits = bits_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line);
-  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), and twice unclassified.
-  const uint32_t answers = 0b10'10'10'00u ^ (pierces * 0b00'00'11'00u);
+  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), unclassified, and blocked
+  // or unclassified.
+  const uint32_t answers = 0b10'10'10'00u ^ (pierces * tree.blocked_answers);
   return static_cast<Visibility>(answers >> (2 * bits) & 3u);
 }
 

@@ -42,4 +42,7 @@ std::vector<Bytes> tree_pieces(const TreeView& tree);
 // provenance values that are not UTF-8 are replaced by U+FFFD; keys must be UTF-8.
 Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents);
 
+// The same bytes in memory, ready for Sidecar::open_buffer. Errors: runtime (out of memory, or stopped).
+Result<AlignedBytes> sidecar_bytes(const SidecarToWrite& contents);
+
 }  // namespace vcd

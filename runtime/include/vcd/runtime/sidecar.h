@@ -49,6 +49,9 @@ class Object {
   }
 
   std::string_view name() const noexcept;         // UTF-8; empty where the source had none
+  // False: every segment is unclassified (the baker found that look-ups would not pay, or OpenOptions refuse what it
+  // has), so there is no need to ask.
+  bool answers() const noexcept;
   const ObjectRecord& record() const noexcept;    // box, depth, method, hash, counts: <vcd/format/layout.h>
 
  private:
@@ -68,6 +71,9 @@ struct OpenOptions {
   // full reads the whole file once and verifies every checksum. bounds verifies the tables and every index, so that
   // queries are memory-safe on any bytes, but would not notice damage to the cells themselves.
   CheckLevel check = CheckLevel::full;
+  // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects that
+  // were baked by sampling. Costs nothing in a query.
+  bool proven_only = false;
 };
 
 class Sidecar {
@@ -78,7 +84,8 @@ class Sidecar {
 
   // Opens a file that is already in memory, without a copy where bytes.data() is 64-byte aligned (else trees are
   // copied). The caller keeps the bytes alive and unchanged as long as the Sidecar lives; 8-byte alignment is needed.
-  static Result<Sidecar> open_buffer(Bytes bytes, CheckLevel check = CheckLevel::full);
+  // options.load does not matter.
+  static Result<Sidecar> open_buffer(Bytes bytes, const OpenOptions& options = {});
 
   Sidecar(Sidecar&&) noexcept;
   Sidecar& operator=(Sidecar&&) noexcept;
@@ -96,7 +103,7 @@ class Sidecar {
  private:
   struct State;
   explicit Sidecar(std::unique_ptr<State> state);
-  static Result<Sidecar> read(std::unique_ptr<State> state, Bytes bytes, CheckLevel check, const std::string& name);
+  static Result<Sidecar> read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options, const std::string& name);
   std::unique_ptr<State> state_;
 };
 

@@ -38,6 +38,8 @@ typedef struct vcd_open_options {
   size_t size;       /* sizeof(vcd_open_options) */
   int copy;          /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
   int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
+  int proven_only;   /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that were
+                      * baked by sampling, are unclassified. Options of a smaller size, without this field, count as 0 */
 } vcd_open_options;
 
 typedef struct vcd_error {
@@ -68,6 +70,9 @@ const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t h
 
 /* The object's name, UTF-8, NOT zero-terminated; *length gets its bytes. Lives as long as the sidecar. */
 const char* vcd_object_name(const vcd_object* object, size_t* length);
+
+/* 0: every segment is unclassified, so there is no need to ask. */
+int vcd_object_answers(const vcd_object* object);
 
 vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment);
 
