@@ -6,7 +6,9 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/ingest.h>
 #include <vcd/format/writer.h>
+#include <vcd/runtime/sidecar.h>
 
+#include "common/audit_report.h"
 #include "common/describe.h"
 #include "common/program.h"
 #include "common/progress.h"
@@ -22,6 +24,7 @@ struct Options {
   std::string output;
   BakeOptions bake;
   IngestOptions ingest;
+  AuditOptions audit;
   Storage storage = Storage::raw;
 };
 
@@ -44,6 +47,34 @@ fs::path output_of(const Options& options, const fs::path& input) {
   return (fs::path(options.output) / input.filename()) += ".vcd";
 }
 
+// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An error
+// if a proof is wrong: then nothing may be written.
+std::optional<Error> audit_object(const Options& options, const PreparedMesh& mesh, BakedObject& object) {
+  if (options.audit.lines == 0 || object.record.method == static_cast<uint8_t>(Method::none)) return std::nullopt;
+  SidecarToWrite alone;
+  alone.objects = {object.to_write()};
+  const auto bytes = sidecar_bytes(alone);
+  if (!bytes) return bytes.error();
+  const Bytes file(bytes->data.get(), bytes->size);
+  const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
+  if (!all || !proven) return all ? proven.error() : all.error();
+  const auto report = audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), options.audit);
+  if (!report) return report.error();
+  const AuditCounts undirected = report->sum(false), aimed = report->sum(true);
+  if (undirected.wrong_proven + aimed.wrong_proven > 0) {
+    std::string segments;
+    for (const Contradiction& c : report->contradictions)
+      if (c.proven) segments += " --segment=" + replayable(c.segment);
+    return Error{ErrorCode::difference, "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
+                                            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
+  }
+  ObjectRecord& record = object.record;
+  record.audit_lines[0] = undirected.segments, record.audit_lines[1] = aimed.segments;
+  record.audit_wrong[0] = undirected.all_wrong(), record.audit_wrong[1] = aimed.all_wrong();
+  record.audit_bound_95 = static_cast<float>(upper_bound_95(undirected.all_wrong(), undirected.segments));
+  return std::nullopt;
+}
+
 Result<BakedMesh> bake_one(const Options& options, const fs::path& input, SourceMesh&& mesh) {
   ProgressLine line(input.filename().string() + (mesh.name.empty() ? "" : " " + printable(mesh.name)),
                     options.common.quiet);
@@ -55,6 +86,8 @@ Result<BakedMesh> bake_one(const Options& options, const fs::path& input, Source
   auto baked = bake(*prepared, bake_options);
   if (interrupted()) return Error{ErrorCode::runtime, input.string() + ": interrupted"};
   if (!baked) return Error{baked.error().code, input.string() + ": " + baked.error().message};
+  if (const auto fault = audit_object(options, *prepared, *baked))
+    return Error{fault->code, input.string() + ": " + printable(prepared->name) + ": " + fault->message};
   return BakedMesh{std::move(*baked), prepared->duplicate_triangles, prepared->zero_area_triangles};
 }
 
@@ -191,6 +224,9 @@ int main(int argc, char** argv) {
   app.add_option("-s,--samples", options.bake.samples,
                  "Rays a cell: 16, 81 or 256; of the statistical tier of hybrid: 81 or 256 (default: 256)")
       ->check(CLI::IsMember({16, 81, 256}));
+  app.add_option("--audit", options.audit.lines,
+                 "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
+      ->check(CLI::Range(0, 2000000000));
   app.add_option("--seed", options.bake.seed, "Seed of the sample rays (default: 0)");
   app.add_option("-j,--threads", options.bake.threads, "Threads; 0: all (default). The result does not depend on it")
       ->check(CLI::Range(0, 1024));

@@ -6,8 +6,10 @@
 
 #include <tbb/parallel_for.h>
 
-#include "audit/lines.h"
+#include <vcd/baker/referee.h>
 #include <vcd/baker/tracer.h>
+
+#include "audit/lines.h"
 
 namespace vcd {
 namespace {
@@ -44,22 +46,52 @@ struct ScaledTracer {
   }
 };
 
-Batch run_batch(const PreparedMesh& mesh, const GridFrame& frame, const TreeView& tree, const ScaledTracer& tracer,
-                AuditKind kind, uint64_t seed, uint64_t count) {
-  Batch batch;
-  AuditLines lines(mesh, kind, seed);
-  for (uint64_t i = 0; i < count; ++i) {
-    const Segment segment = lines.next();
-    ++batch.counts.segments;
-    const Visibility answer = classify(frame, tree, tree.shape, segment);
-    if (answer == Visibility::unclassified) continue;
-    const auto which = static_cast<size_t>(answer);
-    ++batch.counts.answered[which];
-    if (tracer.occluded(segment) == (answer == Visibility::blocked)) continue;
-    ++batch.counts.wrong[which];
-    batch.contradictions.push_back({kind, segment, answer});
+class Audit {
+ public:
+  Audit(const PreparedMesh& mesh, const ScaledTracer& tracer, const Answers& answers, const Answers& proven)
+      : mesh_(mesh), tracer_(tracer), referee_(mesh), answers_(answers), proven_(proven) {}
+
+  Batch run(AuditKind kind, uint64_t seed, uint64_t count) const {
+    Batch batch;
+    std::vector<Segment> segments(count);
+    std::vector<Visibility> given(count);
+    AuditLines lines(mesh_, kind, seed);
+    for (Segment& segment : segments) segment = lines.next();
+    answers_(segments, given);
+    batch.counts.segments = count;
+    for (uint64_t i = 0; i < count; ++i) {
+      if (given[i] == Visibility::unclassified) continue;
+      const bool blocked = given[i] == Visibility::blocked;
+      ++batch.counts.answered[blocked];
+      if (tracer_.occluded(segments[i]) == blocked) continue;
+      if (referee_.occluded(segments[i]) == blocked) {
+        ++batch.counts.overruled;
+        continue;
+      }
+      Visibility by_proof = Visibility::unclassified;
+      proven_(std::span(&segments[i], 1), std::span(&by_proof, 1));
+      ++batch.counts.wrong[blocked];
+      batch.counts.wrong_proven += by_proof == given[i];
+      batch.contradictions.push_back({kind, segments[i], given[i], by_proof == given[i]});
+    }
+    return batch;
   }
-  return batch;
+
+ private:
+  const PreparedMesh& mesh_;
+  const ScaledTracer& tracer_;
+  Referee referee_;
+  const Answers& answers_;
+  const Answers& proven_;
+};
+
+uint64_t lines_of(AuditKind kind, uint64_t all) {
+  switch (kind) {
+    case AuditKind::uniform:
+    case AuditKind::chords: return all / 3;
+    case AuditKind::vertices: return all - 2 * (all / 3) - 2 * (all / 9);
+    default: return all / 9;
+  }
 }
 
 }  // namespace
@@ -69,30 +101,37 @@ const char* audit_kind_name(AuditKind kind) {
   return kNames[static_cast<size_t>(kind)];
 }
 
-Result<AuditReport> audit(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
-                          const AuditOptions& options) {
+AuditCounts& AuditCounts::operator+=(const AuditCounts& other) {
+  segments += other.segments;
+  for (int c = 0; c < 2; ++c) answered[c] += other.answered[c], wrong[c] += other.wrong[c];
+  wrong_proven += other.wrong_proven;
+  overruled += other.overruled;
+  return *this;
+}
+
+AuditCounts AuditReport::sum(bool aimed) const {
+  AuditCounts sum;
+  for (size_t k = 0; k < kAuditKinds; ++k)
+    if (is_aimed(static_cast<AuditKind>(k)) == aimed) sum += counts[k];
+  return sum;
+}
+
+Result<AuditReport> audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options) {
   // Traced in the object's own frame, as a renderer would: the mapping to the grid is under test too.
   const auto tracer = ScaledTracer::build(mesh);
   if (!tracer) return tracer.error();
-  const GridFrame frame = make_grid_frame(record.box_min, record.box_max);
+  const Audit audit(mesh, *tracer, answers, proven);
 
   AuditReport report;
   for (size_t k = 0; k < kAuditKinds; ++k) {
     const auto kind = static_cast<AuditKind>(k);
-    const bool whole = kind == AuditKind::uniform || kind == AuditKind::chords;
-    const uint64_t lines = whole ? options.lines : options.lines / 2;
+    const uint64_t lines = lines_of(kind, options.lines);
     std::vector<Batch> batches((lines + kBatch - 1) / kBatch);
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
-      const uint64_t count = std::min(kBatch, lines - b * kBatch);
-      batches[b] = run_batch(mesh, frame, tree, *tracer, kind, options.seed * 1000003 + b, count);
+      batches[b] = audit.run(kind, options.seed * 1000003 + b, std::min(kBatch, lines - b * kBatch));
     });
     for (const Batch& batch : batches) {
-      AuditCounts& total = report.counts[k];
-      total.segments += batch.counts.segments;
-      for (int c = 0; c < 2; ++c) {
-        total.answered[c] += batch.counts.answered[c];
-        total.wrong[c] += batch.counts.wrong[c];
-      }
+      report.counts[k] += batch.counts;
       for (const Contradiction& contradiction : batch.contradictions)
         if (report.contradictions.size() < options.keep) report.contradictions.push_back(contradiction);
     }
@@ -105,12 +144,6 @@ std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, ui
   std::vector<Segment> segments(count);
   for (Segment& segment : segments) segment = lines.next();
   return segments;
-}
-
-Result<bool> trace_segment(const PreparedMesh& mesh, const Segment& segment) {
-  const auto tracer = ScaledTracer::build(mesh);
-  if (!tracer) return tracer.error();
-  return tracer->occluded(segment);
 }
 
 double upper_bound_95(uint64_t wrong, uint64_t all) {

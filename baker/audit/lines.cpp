@@ -55,16 +55,28 @@ Vec AuditLines::point_on_mesh() {
   return mix(a, mix(b, c, v), u);
 }
 
-Segment AuditLines::through(const Vec& a, const Vec& towards) {
-  Vec d;
-  double length = 0;
-  for (int i = 0; i < 3; ++i) {
-    d[i] = towards[i] - a[i];
-    length = std::hypot(length, d[i]);
+Segment AuditLines::through(const Vec& a, Vec towards) {
+  if (uniform() < 0.05) {
+    towards = a;
+    towards[random_() % 3] += random_() % 2 ? radius_ : -radius_;
   }
-  // Ends beyond the box on both sides, from near to a few boxes away.
-  const double before = radius_ * (2.1 + 6 * uniform()) / length, after = radius_ * (2.1 + 6 * uniform()) / length;
-  return between(mix(a, towards, -before), mix(a, towards, after));
+  double length = 0, boxes = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    length = std::hypot(length, towards[i] - a[i]);
+    boxes += std::abs(towards[i] - a[i]) / (2 * half_[i]);
+  }
+  // Ends beyond the box on both sides, a few boxes away; sometimes the beginning far away.
+  const double after = radius_ * (2.1 + 6 * uniform()) / length;
+  double before = radius_ * (2.1 + 6 * uniform()) / length;
+  if (uniform() < 0.1) before = std::max(before, std::pow(500.0, uniform()) / boxes);
+  // The direction leads from the rounded origin to the point, so that the line misses the point by its rounding alone.
+  Segment s{};
+  for (size_t i = 0; i < 3; ++i) {
+    s.origin[i] = static_cast<float>(a[i] - before * (towards[i] - a[i]));
+    s.direction[i] = static_cast<float>(a[i] - static_cast<double>(s.origin[i]));
+  }
+  s.t_max = static_cast<float>((before + after) / before);
+  return s;
 }
 
 Segment AuditLines::next() {

@@ -1,6 +1,7 @@
 // Temporary folders, whole files, and sidecars in memory.
 #pragma once
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -11,7 +12,10 @@
 
 #include <gtest/gtest.h>
 
+#include <vcd/baker/audit.h>
 #include <vcd/baker/bake.h>
+#include <vcd/format/line_cell.h>
+#include <vcd/format/tree.h>
 #include <vcd/format/writer.h>
 
 namespace vcd::test {
@@ -64,6 +68,17 @@ inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*
   const auto written = write_sidecar(folder / "test.vcd", contents);
   if (!written) throw std::runtime_error(written.error().message);
   return read_file(folder / "test.vcd");
+}
+
+// A tree in memory as an audit asks it; the tree outlives the function.
+inline Answers answers_of(const ObjectRecord& record, const TreeView& tree) {
+  return [frame = make_grid_frame(record.box_min, record.box_max), tree](std::span<const Segment> segments, std::span<Visibility> answers) {
+    for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(frame, tree, tree.shape, segments[i]);
+  };
+}
+
+inline Answers no_answers() {
+  return [](std::span<const Segment>, std::span<Visibility> answers) { std::ranges::fill(answers, Visibility::unclassified); };
 }
 
 inline BakeOptions quick(uint32_t depth, uint32_t samples = 16) {

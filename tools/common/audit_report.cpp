@@ -1,5 +1,6 @@
 #include "audit_report.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -25,55 +26,46 @@ bool parse_segment(const std::string& text, Segment& segment) {
   return true;
 }
 
-AuditCounts undirected(const AuditReport& report) {
-  AuditCounts sum;
-  for (AuditKind kind : {AuditKind::uniform, AuditKind::chords}) {
-    const AuditCounts& c = report.counts[static_cast<size_t>(kind)];
-    sum.segments += c.segments;
-    for (int i = 0; i < 2; ++i) {
-      sum.answered[i] += c.answered[i];
-      sum.wrong[i] += c.wrong[i];
-    }
-  }
-  return sum;
+Json describe_counts(const AuditCounts& c) {
+  return {{"segments", c.segments},
+          {"answered_clear", c.answered[0]},
+          {"answered_blocked", c.answered[1]},
+          {"wrong_clear", c.wrong[0]},
+          {"wrong_blocked", c.wrong[1]},
+          {"wrong_proven", c.wrong_proven},
+          {"embree_overruled", c.overruled},
+          {"wrong_rate", c.segments ? static_cast<double>(c.all_wrong()) / static_cast<double>(c.segments) : 0.0},
+          {"wrong_rate_bound_95", upper_bound_95(c.all_wrong(), c.segments)}};
 }
 
 Json describe_audit(const AuditReport& report) {
   Json json;
-  for (size_t k = 0; k < kAuditKinds; ++k) {
-    const AuditCounts& c = report.counts[k];
-    const uint64_t wrong = c.wrong[0] + c.wrong[1];
-    json["kinds"][audit_kind_name(static_cast<AuditKind>(k))] = {
-        {"segments", c.segments},
-        {"answered_clear", c.answered[0]},
-        {"answered_blocked", c.answered[1]},
-        {"wrong_clear", c.wrong[0]},
-        {"wrong_blocked", c.wrong[1]},
-        {"wrong_rate", c.segments ? static_cast<double>(wrong) / static_cast<double>(c.segments) : 0.0},
-        {"wrong_rate_bound_95", upper_bound_95(wrong, c.segments)}};
-  }
+  for (size_t k = 0; k < kAuditKinds; ++k)
+    json["kinds"][audit_kind_name(static_cast<AuditKind>(k))] = describe_counts(report.counts[k]);
+  json["undirected"] = describe_counts(report.sum(false));
+  json["aimed"] = describe_counts(report.sum(true));
   json["contradictions"] = Json::array();
   for (const Contradiction& c : report.contradictions)
     json["contradictions"].push_back({{"kind", audit_kind_name(c.kind)},
                                       {"segment", replayable(c.segment)},
-                                      {"promised", c.promised == Visibility::clear ? "clear" : "blocked"}});
+                                      {"promised", c.promised == Visibility::clear ? "clear" : "blocked"},
+                                      {"proven", c.proven}});
   return json;
 }
 
 std::string audit_summary(const AuditReport& report) {
   char line[256];
-  std::snprintf(line, sizeof line, "  %-9s %10s %9s %9s %11s %11s  %-9s %s\n", "lines", "segments", "clear", "blocked",
-                "wrong clear", "wrong blkd", "wrong", "95 % bound");
+  std::snprintf(line, sizeof line, "  %-9s %10s %9s %9s %11s %11s %7s %9s  %-9s %s\n", "lines", "segments", "clear", "blocked",
+                "wrong clear", "wrong blkd", "proven", "overruled", "wrong", "95 % bound");
   std::string out = line;
   for (size_t k = 0; k < kAuditKinds; ++k) {
     const AuditCounts& c = report.counts[k];
-    const double all = static_cast<double>(c.segments);
-    const uint64_t wrong = c.wrong[0] + c.wrong[1];
-    std::snprintf(line, sizeof line, "  %-9s %10llu %8.2f%% %8.2f%% %11llu %11llu  %-9.2g %.2g\n",
-                  audit_kind_name(static_cast<AuditKind>(k)), static_cast<unsigned long long>(c.segments),
-                  100 * static_cast<double>(c.answered[0]) / all, 100 * static_cast<double>(c.answered[1]) / all,
-                  static_cast<unsigned long long>(c.wrong[0]), static_cast<unsigned long long>(c.wrong[1]),
-                  static_cast<double>(wrong) / all, upper_bound_95(wrong, c.segments));
+    const double all = static_cast<double>(std::max<uint64_t>(c.segments, 1));
+    const auto count = [](uint64_t n) { return static_cast<unsigned long long>(n); };
+    std::snprintf(line, sizeof line, "  %-9s %10llu %8.2f%% %8.2f%% %11llu %11llu %7llu %9llu  %-9.2g %.2g\n",
+                  audit_kind_name(static_cast<AuditKind>(k)), count(c.segments), 100 * static_cast<double>(c.answered[0]) / all,
+                  100 * static_cast<double>(c.answered[1]) / all, count(c.wrong[0]), count(c.wrong[1]), count(c.wrong_proven),
+                  count(c.overruled), static_cast<double>(c.all_wrong()) / all, upper_bound_95(c.all_wrong(), c.segments));
     out += line;
   }
   return out;

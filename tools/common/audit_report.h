@@ -4,6 +4,7 @@
 #include <string>
 
 #include <vcd/baker/audit.h>
+#include <vcd/runtime/sidecar.h>
 
 #include "describe.h"
 
@@ -17,7 +18,9 @@ bool parse_segment(const std::string& text, Segment& segment);
 Json describe_audit(const AuditReport& report);
 std::string audit_summary(const AuditReport& report);  // a table, indented by two spaces
 
-// Wrong answers among the kinds that are drawn without looking at the mesh: uniform and chords.
-AuditCounts undirected(const AuditReport& report);
+// An object of a sidecar as an audit asks it. The object's sidecar outlives the function.
+inline Answers answers_of(Object object) {
+  return [object](std::span<const Segment> segments, std::span<Visibility> answers) { object.classify(segments, answers); };
+}
 
 }  // namespace vcd
