@@ -58,12 +58,11 @@ std::optional<Error> audit_object(const Options& options, const PreparedMesh& me
   const Bytes file(bytes->data.get(), bytes->size);
   const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
   if (!all || !proven) return all ? proven.error() : all.error();
-  const auto report = audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), options.audit);
-  if (!report) return report.error();
-  const AuditCounts undirected = report->sum(false), aimed = report->sum(true);
+  const AuditReport report = audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), options.audit);
+  const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
   if (undirected.wrong_proven + aimed.wrong_proven > 0) {
     std::string segments;
-    for (const Contradiction& c : report->contradictions)
+    for (const Contradiction& c : report.contradictions)
       if (c.proven) segments += " --segment=" + replayable(c.segment);
     return Error{ErrorCode::difference, "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
                                             " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};

@@ -82,15 +82,14 @@ struct Answering {
 
 void audit_object(const Options& options, const std::string& name, const Answering& answering, const PreparedMesh& mesh,
                   Outcome& outcome, Json& json) {
-  const auto report = audit(mesh, answers_of(answering.all), answers_of(answering.proven), options.audit);
-  if (!report) return outcome.fail(report.error().code, name + ": " + report.error().message);
-  json["audit"] = describe_audit(*report);
-  outcome.text += name + "\n" + audit_summary(*report);
-  for (const Contradiction& c : report->contradictions)
+  const AuditReport report = audit(mesh, answers_of(answering.all), answers_of(answering.proven), options.audit);
+  json["audit"] = describe_audit(report);
+  outcome.text += name + "\n" + audit_summary(report);
+  for (const Contradiction& c : report.contradictions)
     outcome.text += std::string("  ") + (c.proven ? "proven " : "promised ") + (c.promised == Visibility::clear ? "clear" : "blocked") +
                     ", and the mesh says otherwise: --segment=" + replayable(c.segment) + "\n";
-  const AuditCounts undirected = report->sum(false);
-  const uint64_t wrong_proven = undirected.wrong_proven + report->sum(true).wrong_proven;
+  const AuditCounts undirected = report.sum(false);
+  const uint64_t wrong_proven = undirected.wrong_proven + report.sum(true).wrong_proven;
   const double rate = static_cast<double>(undirected.all_wrong()) / static_cast<double>(std::max<uint64_t>(undirected.segments, 1));
   const double allowed = options.max_wrong >= 0 ? options.max_wrong : allowed_wrong(answering.all.record());
   json["allowed_wrong_rate"] = allowed;

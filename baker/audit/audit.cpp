@@ -7,7 +7,6 @@
 #include <tbb/parallel_for.h>
 
 #include <vcd/baker/referee.h>
-#include <vcd/baker/tracer.h>
 
 #include "audit/lines.h"
 
@@ -21,35 +20,10 @@ struct Batch {
   std::vector<Contradiction> contradictions;
 };
 
-// Embree loses hits on meshes of 1e-14 or 1e17 units. The mesh times a power of two is the same mesh, without rounding.
-struct ScaledTracer {
-  float scale;
-  Tracer tracer;
-
-  static Result<ScaledTracer> build(const PreparedMesh& mesh) {
-    float largest = 0;
-    for (int a = 0; a < 3; ++a) largest = std::max(largest, mesh.box_max[a] - mesh.box_min[a]);
-    const float scale = std::ldexp(1.0f, -std::ilogb(largest));
-    std::vector<Position> positions = mesh.positions;
-    for (Position& p : positions)
-      for (float& x : p) x *= scale;
-    auto tracer = Tracer::build(positions, mesh.triangles);
-    if (!tracer) return tracer.error();
-    return ScaledTracer{scale, std::move(*tracer)};
-  }
-  bool occluded(Segment segment) const {
-    for (int a = 0; a < 3; ++a) {
-      segment.origin[a] *= scale;
-      segment.direction[a] *= scale;
-    }
-    return tracer.occluded(segment);
-  }
-};
-
 class Audit {
  public:
-  Audit(const PreparedMesh& mesh, const ScaledTracer& tracer, const Answers& answers, const Answers& proven)
-      : mesh_(mesh), tracer_(tracer), referee_(mesh), answers_(answers), proven_(proven) {}
+  Audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven)
+      : mesh_(mesh), referee_(mesh), answers_(answers), proven_(proven) {}
 
   Batch run(AuditKind kind, uint64_t seed, uint64_t count) const {
     Batch batch;
@@ -63,11 +37,7 @@ class Audit {
       if (given[i] == Visibility::unclassified) continue;
       const bool blocked = given[i] == Visibility::blocked;
       ++batch.counts.answered[blocked];
-      if (tracer_.occluded(segments[i]) == blocked) continue;
-      if (referee_.occluded(segments[i]) == blocked) {
-        ++batch.counts.overruled;
-        continue;
-      }
+      if (referee_.occluded(segments[i]) == blocked) continue;
       Visibility by_proof = Visibility::unclassified;
       proven_(std::span(&segments[i], 1), std::span(&by_proof, 1));
       ++batch.counts.wrong[blocked];
@@ -79,7 +49,6 @@ class Audit {
 
  private:
   const PreparedMesh& mesh_;
-  const ScaledTracer& tracer_;
   Referee referee_;
   const Answers& answers_;
   const Answers& proven_;
@@ -105,7 +74,6 @@ AuditCounts& AuditCounts::operator+=(const AuditCounts& other) {
   segments += other.segments;
   for (int c = 0; c < 2; ++c) answered[c] += other.answered[c], wrong[c] += other.wrong[c];
   wrong_proven += other.wrong_proven;
-  overruled += other.overruled;
   return *this;
 }
 
@@ -116,11 +84,8 @@ AuditCounts AuditReport::sum(bool aimed) const {
   return sum;
 }
 
-Result<AuditReport> audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options) {
-  // Traced in the object's own frame, as a renderer would: the mapping to the grid is under test too.
-  const auto tracer = ScaledTracer::build(mesh);
-  if (!tracer) return tracer.error();
-  const Audit audit(mesh, *tracer, answers, proven);
+AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options) {
+  const Audit audit(mesh, answers, proven);
 
   AuditReport report;
   for (size_t k = 0; k < kAuditKinds; ++k) {

@@ -55,15 +55,15 @@ Vec AuditLines::point_on_mesh() {
   return mix(a, mix(b, c, v), u);
 }
 
-Segment AuditLines::through(const Vec& a, Vec towards) {
+Segment AuditLines::through(const Vec& point, Vec along) {
   if (uniform() < 0.05) {
-    towards = a;
-    towards[random_() % 3] += random_() % 2 ? radius_ : -radius_;
+    along = {};
+    along[random_() % 3] = random_() % 2 ? 1 : -1;
   }
   double length = 0, boxes = 0;
   for (size_t i = 0; i < 3; ++i) {
-    length = std::hypot(length, towards[i] - a[i]);
-    boxes += std::abs(towards[i] - a[i]) / (2 * half_[i]);
+    length = std::hypot(length, along[i]);
+    boxes += std::abs(along[i]) / (2 * half_[i]);
   }
   // Ends beyond the box on both sides, a few boxes away; sometimes the beginning far away.
   const double after = radius_ * (2.1 + 6 * uniform()) / length;
@@ -72,8 +72,8 @@ Segment AuditLines::through(const Vec& a, Vec towards) {
   // The direction leads from the rounded origin to the point, so that the line misses the point by its rounding alone.
   Segment s{};
   for (size_t i = 0; i < 3; ++i) {
-    s.origin[i] = static_cast<float>(a[i] - before * (towards[i] - a[i]));
-    s.direction[i] = static_cast<float>(a[i] - static_cast<double>(s.origin[i]));
+    s.origin[i] = static_cast<float>(point[i] - before * along[i]);
+    s.direction[i] = static_cast<float>(point[i] - static_cast<double>(s.origin[i]));
   }
   s.t_max = static_cast<float>((before + after) / before);
   return s;
@@ -85,7 +85,8 @@ Segment AuditLines::next() {
       const uint32_t first = static_cast<uint32_t>(random_() % 6);
       const uint32_t second = (first + 1 + static_cast<uint32_t>(random_() % 5)) % 6;
       const Vec a = point_on_face(first);
-      return through(a, point_on_face(second));
+      const Vec b = point_on_face(second);
+      return through(mix(a, b, uniform()), {b[0] - a[0], b[1] - a[1], b[2] - a[2]});
     }
     case AuditKind::chords: {
       // An isotropic line through the box's sphere; those that miss the box are drawn again, with a cheap test.
@@ -107,7 +108,7 @@ Segment AuditLines::next() {
         }
         return !(enter < leave);
       }());
-      return through(p, {p[0] + d[0], p[1] + d[1], p[2] + d[2]});
+      return through(p, d);
     }
     case AuditKind::inside: {
       const Vec p = point_on_mesh(), d = direction();
@@ -121,7 +122,7 @@ Segment AuditLines::next() {
       const uint32_t corner = static_cast<uint32_t>(random_() % 3);
       const Vec a = at(mesh_.positions[t[corner]]), b = at(mesh_.positions[t[(corner + 1) % 3]]), d = direction();
       const Vec p = kind_ == AuditKind::vertices ? a : mix(a, b, uniform());
-      return through(p, {p[0] + d[0], p[1] + d[1], p[2] + d[2]});
+      return through(p, d);
     }
   }
   return {};

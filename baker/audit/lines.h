@@ -19,7 +19,7 @@ class AuditLines {
   Vec direction();                  // uniform on the sphere
   Vec point_on_face(uint32_t face);
   Vec point_on_mesh();
-  Segment through(const Vec& a, Vec towards);  // from outside the box, beyond it on both sides
+  Segment through(const Vec& point, Vec along);  // from outside the box, beyond it on both sides
 
   const PreparedMesh& mesh_;
   AuditKind kind_;

@@ -390,7 +390,7 @@ bool Reader::read_tree(uint32_t index) {
   tree.brick_count = r.brick_count;
   tree.has_clear = r.cells[0] != 0;
   tree.has_blocked = r.cells[1] != 0 || r.statistical_cells != 0;
-  tree.blocked_answers = TreeView::kAllAnswers;
+  tree.blocked_answers = r.method == static_cast<uint8_t>(Method::hybrid) ? TreeView::kAllAnswers : TreeView::kProvenAnswers;
   tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
   tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
   tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;

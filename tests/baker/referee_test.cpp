@@ -190,9 +190,9 @@ TEST(Referee, TakesNoNumbersForNo) {
 // Segments whose numbers are few and small, so that touching, grazing and lying in a plane are the rule.
 Segment on_a_lattice(std::mt19937& random) {
   const auto coordinate = [&] { return static_cast<float>(static_cast<int>(random() % 9) - 2); };
-  constexpr float kEnds[] = {-kInfinity, -2, -1, -0.5f, 0, 0.25f, 0.5f, 1, 2, kInfinity};
-  return {{coordinate(), coordinate(), coordinate()}, kEnds[random() % 10],
-          {coordinate() - 2, coordinate() - 2, coordinate() - 2}, kEnds[random() % 10]};
+  constexpr float kBegins[] = {-kInfinity, -2, -1, -0.5f, 0, 0.25f}, kEnds[] = {0.25f, 0.5f, 1, 2, 4, kInfinity};
+  return {{coordinate(), coordinate(), coordinate()}, kBegins[random() % 6],
+          {coordinate() - 2, coordinate() - 2, coordinate() - 2}, kEnds[random() % 6]};
 }
 
 TEST(Referee, AgreesWithRationalsOnALattice) {
@@ -216,7 +216,7 @@ TEST(Referee, AgreesWithRationalsOnALattice) {
           << s.direction[1] << ' ' << s.direction[2] << ' ' << s.t_max;
     }
   }
-  EXPECT_GT(met, 2000);
+  EXPECT_GT(met, 1000);
 }
 
 // Aimed lines, near and far, at small meshes of every size and far from the origin, some ends moved onto the surface.

@@ -3,7 +3,9 @@
 
 #include <cstdlib>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <random>
 #include <set>
 
 #include <gtest/gtest.h>
@@ -136,6 +138,20 @@ TEST_F(Contents, SurvivesEveryFlippedBitOfSealedTables) {
   }
 }
 
+// Makes the object one of another method; its tree stays.
+void set_method(ObjectRecord& r, Method method) {
+  r.method = static_cast<uint8_t>(method);
+  std::fill_n(r.method_parameters, 8, 0);
+  if (method == Method::sampled || method == Method::hybrid) r.method_parameters[0] = 81;
+  r.guard_band = method == Method::proven || method == Method::hybrid ? 0.01f : 0.0f;
+}
+
+void set_audit(ObjectRecord& r, std::array<uint64_t, 2> lines, std::array<uint64_t, 2> wrong, float bound) {
+  std::copy_n(lines.begin(), 2, r.audit_lines);
+  std::copy_n(wrong.begin(), 2, r.audit_wrong);
+  r.audit_bound_95 = bound;
+}
+
 struct Damage {
   FindingId expected;
   std::function<void(Sidecar&)> apply;
@@ -211,6 +227,150 @@ TEST_F(Contents, EveryFindingIsFound) {
   lying.header().header_xxh3 = XXH3_64bits(lying.bytes.data(), 56);
   EXPECT_TRUE(found(findings_of(lying.bytes), FindingId::logical_checksum));
   EXPECT_EQ(seen.size() + 3, all_findings().size()) << "a finding of the table has no test";
+}
+
+// What a record may say of its method, guard band and audit, and what it may not.
+TEST_F(Contents, TheRecordOfVersion2IsHeldToItsRules) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+  const auto first_finding = [](const std::function<void(ObjectRecord&)>& change) -> std::string {
+    Sidecar file{*small_};
+    change(file.object());
+    file.seal();
+    const auto findings = findings_of(file.bytes);
+    return findings.empty() ? "" : finding_info(findings[0].id).id;
+  };
+  for (Method method : {Method::sampled, Method::proven, Method::hybrid})
+    for (uint32_t samples : {0u, 16u, 80u, 81u, 256u}) {
+      const bool known = method == Method::proven ? samples == 0 : samples == 81 || samples == 256 || (samples == 16 && method == Method::sampled);
+      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.method_parameters[0] = samples; }),
+                known ? "" : "object-method") << static_cast<int>(method) << " " << samples;
+      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.method_parameters[7] = 1; }), "object-method");
+    }
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.method = 4; }), "object-method");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { set_method(r, Method::none), r.method_parameters[1] = 1; }), "object-method");
+
+  for (Method method : {Method::sampled, Method::proven, Method::hybrid})
+    for (float guard : {0.0f, 1e-6f, 3.0f, -0.01f, kInfinity, kNan}) {
+      const bool fits = method == Method::sampled ? guard == 0 : guard == 1e-6f || guard == 3;
+      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.guard_band = guard; }),
+                fits ? "" : "object-method") << static_cast<int>(method) << " " << guard;
+    }
+
+  using Two = std::array<uint64_t, 2>;
+  struct Audit {
+    Two lines, wrong;
+    float bound;
+    bool fits;
+  };
+  for (const Audit& a : {Audit{{0, 0}, {0, 0}, 0, true}, {{0, 0}, {0, 0}, 1, false}, {{0, 0}, {1, 0}, 0, false},
+                         {{0, 9}, {0, 9}, 0, true}, {{0, 9}, {0, 10}, 0, false}, {{100, 0}, {1, 0}, 0.05f, true},
+                         {{100, 0}, {1, 0}, 0.009f, false}, {{100, 0}, {1, 0}, 1.01f, false}, {{100, 0}, {101, 0}, 1, false},
+                         {{100, 0}, {100, 0}, 1, true}, {{100, 0}, {1, 0}, kNan, false}, {{100, 0}, {1, 0}, kInfinity, false}})
+    for (Method method : {Method::sampled, Method::hybrid})
+      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), set_audit(r, a.lines, a.wrong, a.bound); }),
+                a.fits ? "" : "object-audit") << a.lines[0] << " " << a.wrong[0] << " " << a.bound;
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { set_method(r, Method::proven), set_audit(r, {100, 100}, {}, 0.03f); }), "");
+  for (const Two& wrong : {Two{1, 0}, Two{0, 1}})
+    EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::proven), set_audit(r, {100, 100}, wrong, 0.1f); }),
+              "object-audit");
+
+  // Statistical cells: of hybrids only, as many as there are.
+  const auto move_cell = [](ObjectRecord& r) { --r.cells[2], ++r.statistical_cells; };
+  EXPECT_EQ(first_finding(move_cell), "object-counts");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::proven), move_cell(r); }), "object-counts");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), move_cell(r); }), "object-statistics");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), ++r.statistical_cells; }), "object-counts");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), r.cells[0] -= r.statistical_cells = ~uint64_t{0}; }), "object-counts");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.reserved1[23] = 1; }), "reserved-not-zero");
+}
+
+Buffer golden(const std::string& name) { return read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name); }
+
+TEST(Class3, IsForHybridsOnly) {
+  for (const char* name : {"v2-hybrid1.vcd", "v2-hybrid2.vcd"}) {
+    const Sidecar hybrid{golden(name)};
+    EXPECT_TRUE(findings_of(hybrid.bytes).empty()) << name;
+    for (Method method : {Method::sampled, Method::proven}) {
+      Sidecar other = hybrid;
+      set_method(other.object(), method);
+      set_audit(other.object(), {}, {}, 0);
+      other.object().cells[2] += other.object().statistical_cells;  // bricks are not read at bounds level, so this could be
+      other.object().statistical_cells = 0;
+      other.seal();
+      EXPECT_TRUE(found(findings_of(other.bytes), FindingId::tree_class)) << name;
+      std::vector<Finding> none;
+      const auto contents = read_sidecar(other.bytes, CheckLevel::bounds, none);
+      ASSERT_TRUE(contents.has_value());
+      EXPECT_EQ(contents->objects[0].tree.blocked_answers, TreeView::kProvenAnswers);
+    }
+  }
+}
+
+TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
+  // Every answer of classify() against the bits of the segment's cell.
+  const Buffer file = golden("v2-hybrid2.vcd");
+  std::vector<Finding> none;
+  const auto contents = read_sidecar(file, CheckLevel::full, none);
+  ASSERT_TRUE(contents.has_value());
+  const ObjectContents& object = contents->objects[0];
+  TreeView proven = object.tree;
+  proven.blocked_answers = TreeView::kProvenAnswers;
+  const GridFrame frame = make_grid_frame(object.record->box_min, object.record->box_max);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(-0.5f, 1.5f);
+  std::array<int, kClasses> seen{};
+  for (int i = 0; i < 20000; ++i) {
+    Segment segment{{}, 0, {}, 1};
+    for (int a = 0; a < 3; ++a) {
+      const float extent = object.record->box_max[a] - object.record->box_min[a];
+      segment.origin[a] = object.record->box_min[a] + extent * uniform(random);
+      segment.direction[a] = extent * uniform(random);
+    }
+    const LineCell line = locate(frame, segment);
+    if (!line.valid || !line.hits || line.t_entry >= 1 || line.t_exit <= 0) continue;
+    const uint32_t bits = bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
+    const bool pierces = line.t_entry >= 0 && line.t_exit <= 1;
+    seen[bits] += pierces;
+    const auto expected = [&](bool hybrid) {
+      if (bits == 0) return Visibility::clear;
+      return pierces && (bits == 1 || (bits == 3 && hybrid)) ? Visibility::blocked : Visibility::unclassified;
+    };
+    ASSERT_EQ(classify(frame, object.tree, object.tree.shape, segment), expected(true)) << bits << pierces;
+    ASSERT_EQ(classify(frame, proven, proven.shape, segment), expected(false)) << bits << pierces;
+  }
+  for (int count : seen) EXPECT_GT(count, 100);
+}
+
+TEST(Version1, IsHeldToItsOwnRules) {
+  const Sidecar original{golden("depth2.vcd")};
+  ASSERT_EQ(Sidecar{original}.header().version_major, 1);
+  EXPECT_TRUE(findings_of(original.bytes).empty());
+  for (Method method : {Method::none, Method::proven, Method::hybrid}) {
+    Sidecar file = original;
+    set_method(file.object(), method);
+    file.object().guard_band = 0;
+    file.seal();
+    EXPECT_TRUE(found(findings_of(file.bytes), FindingId::object_method));
+  }
+  for (size_t byte = offsetof(ObjectRecord, statistical_cells); byte < sizeof(ObjectRecord); ++byte) {
+    Sidecar file = original;
+    reinterpret_cast<uint8_t*>(&file.object())[byte] = 1;
+    file.seal();
+    EXPECT_TRUE(found(findings_of(file.bytes), FindingId::reserved_not_zero)) << byte;
+    // A later minor version may use it, in ways that this reader may ignore, and does.
+    file.header().version_minor = 1;
+    file.seal();
+    std::vector<Finding> findings;
+    const auto contents = read_sidecar(file.bytes, CheckLevel::full, findings);
+    ASSERT_TRUE(contents.has_value()) << byte << describe(findings[0]);
+    const ObjectRecord& r = *contents->objects[0].record;
+    EXPECT_TRUE(r.statistical_cells == 0 && r.audit_lines[0] == 0 && r.audit_lines[1] == 0 && r.audit_wrong[0] == 0 &&
+                r.audit_wrong[1] == 0 && r.audit_bound_95 == 0 && r.guard_band == 0) << byte;
+  }
+  Sidecar file = original;
+  file.brick(3)[0] |= 3;
+  file.seal();
+  EXPECT_TRUE(found(findings_of(file.bytes), FindingId::tree_class));
 }
 
 // The blocks of deep trees: depth 6 has 16-way blocks, 7 has 256-way ones, 8 has both.
@@ -368,6 +528,33 @@ TEST_F(Contents, StorageDoesNotChangeTheContent) {
   for (uint32_t i = 0; i < raw.header().section_count; ++i) {
     EXPECT_EQ(a[i].type, b[i].type);
     EXPECT_EQ(a[i].logical_xxh3, b[i].logical_xxh3);
+  }
+}
+
+TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
+  std::vector<Finding> none;
+  const auto contents = read_sidecar(*several_, CheckLevel::full, none);
+  for (Storage storage : {Storage::raw, Storage::zstd}) {
+    SidecarToWrite out;
+    out.storage = storage;
+    for (const auto& [key, value] : contents->provenance) out.provenance.emplace(key, value);
+    for (const ObjectContents& object : contents->objects)
+      out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry});
+    const auto memory = vcd::sidecar_bytes(out);
+    ASSERT_TRUE(memory.ok());
+    EXPECT_EQ(reinterpret_cast<uintptr_t>(memory->data.get()) % 64, 0u);
+    const Bytes bytes(memory->data.get(), memory->size);
+    const Buffer& expected = storage == Storage::raw ? *several_ : *shipped_;
+    EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), expected.begin(), expected.end()));
+    const TemporaryFolder folder;
+    const auto written = write_sidecar(folder / "a.vcd", out);
+    ASSERT_TRUE(written.ok());
+    EXPECT_EQ(*written, expected.size());
+    EXPECT_EQ(read_file(folder / "a.vcd"), expected);
+    out.stop = [] { return true; };
+    EXPECT_FALSE(vcd::sidecar_bytes(out).ok());
+    EXPECT_FALSE(write_sidecar(folder / "b.vcd", out).ok());
+    EXPECT_FALSE(std::filesystem::exists(folder / "b.vcd"));
   }
 }
 

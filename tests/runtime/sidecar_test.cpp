@@ -1,7 +1,9 @@
 #include <vcd/runtime/sidecar.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
+#include <random>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -10,6 +12,7 @@
 
 #include <vcd/baker/audit.h>
 #include <vcd/baker/tracer.h>
+#include <vcd/format/contents.h>
 #include <vcd/runtime/embree.h>
 #include <vcd/runtime/vcd.h>
 
@@ -147,6 +150,116 @@ TEST_F(Runtime, ErrorsNameTheFileAndTheReason) {
     EXPECT_EQ(empty.error().code, ErrorCode::invalid_file);
     EXPECT_NE(empty.error().message.find("file-too-short"), std::string::npos);
   }
+}
+
+std::string golden(const std::string& name) { return (std::filesystem::path(VCD_GOLDEN_DIR) / name).string(); }
+
+// Segments around the box, many of which pierce it.
+std::vector<Segment> segments_around(const ObjectRecord& record, uint32_t count) {
+  std::mt19937 random(count);
+  std::uniform_real_distribution<float> around(-1, 2), inside(0, 1);
+  std::vector<Segment> segments(count, Segment{{}, 0, {}, 1});
+  for (Segment& s : segments)
+    for (int a = 0; a < 3; ++a) {
+      const float extent = record.box_max[a] - record.box_min[a], from = around(random);
+      s.origin[a] = record.box_min[a] + extent * from;
+      s.direction[a] = 2 * extent * (inside(random) - from);
+    }
+  return segments;
+}
+
+std::vector<Visibility> answers_of(const Object& object, std::span<const Segment> segments) {
+  std::vector<Visibility> all(segments.size());
+  object.classify(segments, all);
+  for (size_t i = 0; i < all.size(); ++i) EXPECT_EQ(object.classify(segments[i]), all[i]);
+  return all;
+}
+
+TEST(ProvenOnly, TakesStatisticalAnswersBack) {
+  for (const char* name : {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd",
+                           "v2-hybrid8.vcd"})
+    for (CheckLevel check : {CheckLevel::full, CheckLevel::bounds}) {
+      const auto all = Sidecar::open(golden(name), {Load::map, check, false});
+      const auto proven = Sidecar::open(golden(name), {Load::map, check, true});
+      ASSERT_TRUE(all.ok() && proven.ok());
+      EXPECT_TRUE(all->object(0).answers() && proven->object(0).answers());
+      const TreeView& tree = proven->contents().objects[0].tree;
+      const ObjectRecord& record = all->object(0).record();
+      const GridFrame frame = make_grid_frame(record.box_min, record.box_max);
+      const auto segments = segments_around(record, 20000);
+      const auto with = answers_of(all->object(0), segments), without = answers_of(proven->object(0), segments);
+      int taken_back = 0, kept = 0;
+      for (size_t i = 0; i < segments.size(); ++i) {
+        if (with[i] != Visibility::blocked) {
+          ASSERT_EQ(without[i], with[i]);
+          continue;
+        }
+        const LineCell line = locate(frame, segments[i]);
+        const bool proof = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line) == 1;
+        ASSERT_EQ(without[i], proof ? Visibility::blocked : Visibility::unclassified);
+        ++(proof ? kept : taken_back);
+      }
+      EXPECT_GT(kept, 1000) << name;
+      EXPECT_EQ(taken_back > 1000, record.method == static_cast<uint8_t>(Method::hybrid)) << name << " " << taken_back;
+    }
+}
+
+TEST(ProvenOnly, ObjectsThatProveNothingAnswerNothing) {
+  for (const char* name : {"v2-methods.vcd", "depth5.vcd"})
+    for (bool proven_only : {false, true}) {
+      OpenOptions options;
+      options.proven_only = proven_only;
+      const auto sidecar = Sidecar::open(golden(name), options);
+      ASSERT_TRUE(sidecar.ok());
+      for (size_t i = 0; i < sidecar->object_count(); ++i) {
+        const Object object = sidecar->object(i);
+        const auto method = static_cast<Method>(object.record().method);
+        const bool answers = method != Method::none && !(method == Method::sampled && proven_only);
+        EXPECT_EQ(object.answers(), answers);
+        const auto all = answers_of(object, segments_around(object.record(), 2000));
+        EXPECT_EQ(std::count(all.begin(), all.end(), Visibility::unclassified) == 2000, !answers) << name << " " << i;
+      }
+    }
+}
+
+TEST(ProvenOnly, InCIsForThoseWhoKnowIt) {
+  const auto whole = read_file(golden("v2-methods.vcd"));
+  const auto answers = [&](size_t size, int proven_only, size_t index) {
+    vcd_open_options options{};
+    options.size = size;
+    options.proven_only = proven_only;
+    const vcd_sidecar *from_file = nullptr, *from_buffer = nullptr;
+    EXPECT_EQ(vcd_open(golden("v2-methods.vcd").c_str(), &options, &from_file, nullptr), VCD_SUCCESS);
+    EXPECT_EQ(vcd_open_buffer(whole.data(), whole.size(), &options, &from_buffer, nullptr), VCD_SUCCESS);
+    const int result = vcd_object_answers(vcd_object_at(from_file, index));
+    EXPECT_EQ(vcd_object_answers(vcd_object_at(from_buffer, index)), result);
+    vcd_close(from_file);
+    vcd_close(from_buffer);
+    return result;
+  };
+  const size_t size = sizeof(vcd_open_options), before = offsetof(vcd_open_options, proven_only);
+  EXPECT_EQ(answers(size, 0, 0), 0);  // none
+  EXPECT_EQ(answers(size, 0, 2), 1);  // sampled
+  EXPECT_EQ(answers(size, 1, 2), 0);
+  EXPECT_EQ(answers(size, 1, 4), 1);  // proven
+  EXPECT_EQ(answers(before, 1, 2), 1);  // a caller of before: what lies beyond its struct is not read
+  vcd_open_options short_one{};
+  short_one.size = before - 1;
+  const vcd_sidecar* handle = nullptr;
+  EXPECT_EQ(vcd_open(golden("v2-methods.vcd").c_str(), &short_one, &handle, nullptr), VCD_ERROR_USAGE);
+}
+
+TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
+  const BakedObject object = must_bake(sphere(), quick(3));
+  SidecarToWrite out;
+  out.objects.push_back(object.to_write());
+  const auto bytes = vcd::sidecar_bytes(out);
+  ASSERT_TRUE(bytes.ok());
+  const auto sidecar = Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size));
+  ASSERT_TRUE(sidecar.ok());
+  const auto* top = reinterpret_cast<const std::byte*>(sidecar->contents().objects[0].tree.top);
+  EXPECT_TRUE(top > bytes->data.get() && top < bytes->data.get() + bytes->size);
+  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})->object(0).answers());
 }
 
 TEST_F(Runtime, TheCInterfaceSaysTheSame) {

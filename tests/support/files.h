@@ -81,6 +81,13 @@ inline Answers no_answers() {
   return [](std::span<const Segment>, std::span<Visibility> answers) { std::ranges::fill(answers, Visibility::unclassified); };
 }
 
+inline BakeOptions proven(uint32_t depth) {
+  BakeOptions options;
+  options.method = Method::proven;
+  options.depth = depth;
+  return options;
+}
+
 inline BakeOptions quick(uint32_t depth, uint32_t samples = 16) {
   BakeOptions options;
   options.method = Method::sampled;

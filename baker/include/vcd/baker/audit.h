@@ -1,4 +1,4 @@
-// Does a sidecar keep its promises? Fresh lines, asked, traced, and where the two differ judged exactly.
+// Does a sidecar keep its promises? Fresh lines, asked, and judged exactly.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace vcd {
 
-// How the lines of an audit are chosen. All are segments in the object's frame. Of every kind, a tenth come from far away
-// (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an axis.
+// How the lines of an audit are chosen. All are segments in the object's frame. Of every kind but inside, a tenth come
+// from far away (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an axis.
 enum class AuditKind : uint8_t {
   uniform,     // lines through two points that are uniform on two faces of the box: what the cells measure
   chords,      // isotropic lines: what light from all around sends through the box
@@ -30,7 +30,6 @@ struct AuditCounts {
   uint64_t answered[2] = {};  // clear, blocked
   uint64_t wrong[2] = {};     // clear but the segment meets the mesh; blocked but it does not
   uint64_t wrong_proven = 0;  // of the wrong ones, those that were given as proven
-  uint64_t overruled = 0;     // right answers that Embree contradicted
 
   AuditCounts& operator+=(const AuditCounts& other);
   uint64_t all_wrong() const { return wrong[0] + wrong[1]; }
@@ -59,11 +58,11 @@ struct AuditOptions {
 // What is under audit answers segments[i] by answers[i]; asked from many threads at once.
 using Answers = std::function<void(std::span<const Segment>, std::span<Visibility>)>;
 
-// Asks `answers`, holds each clear or blocked answer against Embree (ROBUST), and where these differ against the
-// referee, who has the last word. proven: what is answered where proofs alone are trusted, asked for wrong answers
-// only. The same mesh, answers and options give the same report, but for `overruled`.
-// Errors: runtime (Embree out of memory).
-Result<AuditReport> audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options);
+// Asks `answers` and holds each clear or blocked answer against the referee: against exact arithmetic in the object's own
+// frame, so that nothing that a bake rests on (Embree, the mapping to the grid, rounding) can hide a fault. proven: what
+// is answered where proofs alone are trusted, asked for wrong answers only. The same mesh, answers and options give the
+// same report.
+AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options);
 
 // `count` segments of one kind, as an audit draws them.
 std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, uint64_t seed, uint64_t count);
