@@ -29,7 +29,7 @@ TreeView TreeArrays::view() const {
   return tree;
 }
 
-DagBuilder::DagBuilder(uint32_t depth) : shape_(tree_shape(depth)) {
+DagBuilder::DagBuilder(uint32_t depth) : depth_(depth), shape_(tree_shape(depth)) {
   top_.reserve(shape_.top_bytes() / 4);
   intern_uniform(bricks_, 0x55555555u);
   if (shape_.has_blocks16) intern_uniform(blocks16_, 1);
@@ -64,6 +64,7 @@ void DagBuilder::append(const Subtree& subtree) {
 
 TreeArrays DagBuilder::take() {
   TreeArrays arrays;
+  arrays.depth = depth_;
   arrays.shape = shape_;
   arrays.top = std::move(top_);
   arrays.top.resize(shape_.top_bytes() / 4);  // spare slot and padding: zeros

@@ -13,6 +13,7 @@ namespace vcd {
 
 // The arrays of a TREE section, owned.
 struct TreeArrays {
+  uint32_t depth = 0;
   TreeShape shape{};
   std::vector<uint32_t> top;  // with spare slot and padding
   std::vector<uint32_t> blocks256, blocks16, bricks;
@@ -32,6 +33,7 @@ class DagBuilder {
   uint32_t intern_below_top(const Subtree& subtree, uint32_t first);
   uint32_t intern_block16(const Subtree& subtree, uint32_t first);
 
+  uint32_t depth_;
   TreeShape shape_;
   std::vector<uint32_t> top_;
   Block256Pool blocks256_;
