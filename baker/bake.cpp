@@ -1,8 +1,13 @@
 #include <vcd/baker/bake.h>
 
+#include <algorithm>
 #include <chrono>
+#include <limits>
 #include <new>
+#include <optional>
 #include <utility>
+
+#include <tbb/info.h>
 
 #include <vcd/format/tree_statistics.h>
 
@@ -10,7 +15,9 @@
 
 #include "classify/proven.h"
 #include "classify/sampled_cells.h"
+#include "octree/demote.h"
 #include "octree/octree.h"
+#include "plan/probe.h"
 
 namespace vcd {
 
@@ -53,6 +60,17 @@ ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& option
   return record;
 }
 
+std::string place_of(const PreparedMesh& mesh) {
+  return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\"";
+}
+
+uint64_t tree_bytes(const TreeView& tree) {
+  return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
+}
+
+// What a file of so many bytes leaves for its tree: header, tables, names and the tree's page come before it.
+uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min<uint64_t>(file_bytes, 8192); }
+
 void count_tree(const TreeView& tree, ObjectRecord& record) {
   const TreeStatistics statistics = measure_tree(tree);
   std::copy_n(statistics.cells.begin(), 3, record.cells);
@@ -83,51 +101,105 @@ Octree blank_octree(uint32_t depth) {
 
 // What is wrong with options; null if nothing is.
 const char* fault_of(const BakeOptions& options) {
-  if (options.depth < kMinDepth || options.depth > kMaxDepth) return "depth must be 1 to 8";
+  if (options.depth > kMaxDepth) return "depth must be 1 to 8, or 0 for automatic";
+  if (options.depth == 0 && options.blank) return "a blank tree needs a depth";
   const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
   if (options.method == Method::sampled && !known) return "samples must be 16, 81 or 256";
   if (options.method == Method::hybrid && (!known || options.samples == 16)) return "samples of a hybrid bake must be 81 or 256";
   return nullptr;
 }
 
+using Clock = std::chrono::steady_clock;
+
+// Tracer and classifier of one mesh, from which all else follows.
+struct Workshop {
+  std::unique_ptr<const Tracer> tracer;  // stays where it is: the classifier refers to it
+  std::unique_ptr<CellClassifier> classifier;
+
+  static Result<Workshop> build(const PreparedMesh& mesh, const BakeOptions& options) {
+    auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
+    if (!tracer) return Error{tracer.error().code, place_of(mesh) + ": " + tracer.error().message};
+    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr};
+    shop.classifier = make_classifier(mesh, *shop.tracer, options);
+    return shop;
+  }
+};
+
+// What of the budget of seconds is left for the probe and the bake at `start`; the rest is for audit and writing.
+constexpr double kBakeShare = 0.75, kForecastShare = 0.6;
+
+Plan plan_with(const PreparedMesh& mesh, const Workshop& shop, const BakeOptions& options, double seconds_left) {
+  ProbeOptions probe_options;
+  probe_options.threads = options.threads ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency());
+  probe_options.budget_bytes = tree_budget(options.budget_bytes ? options.budget_bytes : kDefaultBudgetBytes);
+  probe_options.budget_seconds = options.budget_seconds > 0 ? kForecastShare * seconds_left : std::numeric_limits<double>::infinity();
+  probe_options.stop = options.stop;
+  return probe(mesh, *shop.tracer, *shop.classifier, probe_options);
+}
+
 }  // namespace
 
-Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) try {
+Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options) try {
   if (const char* fault = fault_of(options)) return Error{ErrorCode::usage, fault};
-  const std::string place = "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\"";
+  const auto start = Clock::now();
+  const auto shop = Workshop::build(mesh, options);
+  if (!shop) return shop.error();
+  return plan_with(mesh, *shop, options, kBakeShare * options.budget_seconds - std::chrono::duration<double>(Clock::now() - start).count());
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::runtime, "out of memory"};
+}
+
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try {
+  if (const char* fault = fault_of(given)) return Error{ErrorCode::usage, fault};
+  const auto start = Clock::now();
+  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  const double time_limit = kBakeShare * given.budget_seconds;
 
   BakedObject object;
   object.name = mesh.name;
+  BakeOptions options = given;
+  std::optional<Workshop> shop;
+  if (options.method != Method::none && !options.blank) {
+    auto built = Workshop::build(mesh, options);
+    if (!built) return built.error();
+    shop.emplace(std::move(*built));
+    if (options.depth == 0) object.plan = plan_with(mesh, *shop, options, time_limit - seconds());
+    if (object.plan && object.plan->depth == 0) options.method = Method::none;
+    if (object.plan) options.depth = object.plan->depth;
+  }
   object.record = describe_object(mesh, options);
   if (options.embed_geometry) {
     object.arrays_->geometry = encode_geometry(mesh);
     if (object.arrays_->geometry.empty())
-      return Error{ErrorCode::runtime, place + ": its geometry cannot be encoded to be embedded"};
+      return Error{ErrorCode::runtime, place_of(mesh) + ": its geometry cannot be encoded to be embedded"};
   }
-
-  if (options.method == Method::none) {
-    object.arrays_->tree = blank_octree(1).tree;
+  if (options.method == Method::none || options.blank) {
+    object.arrays_->tree = blank_octree(object.record.depth).tree;
     count_tree(object.tree(), object.record);
     return object;
   }
 
-  const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-  if (!tracer) return Error{tracer.error().code, place + ": " + tracer.error().message};
-  const auto classifier = make_classifier(mesh, *tracer, options);
-
-  const auto start = std::chrono::steady_clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); };
+  const auto bake_start = Clock::now();
+  const auto baking = [&] { return std::chrono::duration<double>(Clock::now() - bake_start).count(); };
   const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
     const double fraction = static_cast<double>(done) / static_cast<double>(total);
-    if (options.progress) options.progress({fraction, rays, seconds()});
+    if (options.progress) options.progress({fraction, rays, baking()});
   };
-  auto octree = options.blank ? blank_octree(options.depth)
-                              : build_octree({*classifier, options.depth, options.one_in, options.stop}, options.threads, on_progress);
-  if (!octree) return Error{ErrorCode::runtime, place + ": stopped"};
-
-  object.arrays_->tree = std::move(octree->tree);
+  CellSource source{*shop->classifier, options.depth};
+  source.one_in = options.one_in;
+  source.stop = options.stop;
+  if (options.budget_seconds > 0) source.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
+  auto octree = build_octree(source, options.threads, on_progress);
+  if (!octree) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
   object.rays = octree->rays;
-  object.seconds = seconds();
+  object.out_of_time = Clock::now() > source.deadline;
+  object.bytes_before_demotion = tree_bytes(octree->tree.view());
+  if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes));
+  object.arrays_->tree = std::move(octree->tree);
+  object.seconds = baking();
+  if (const uint64_t bytes = tree_bytes(object.tree()); options.budget_bytes > 0 && bytes > tree_budget(options.budget_bytes))
+    return Error{ErrorCode::usage, place_of(mesh) + ": a tree of depth " + std::to_string(options.depth) + " takes " +
+                                       std::to_string(bytes) + " bytes at the least, more than the budget"};
   count_tree(object.tree(), object.record);
   return object;
 } catch (const std::bad_alloc&) {

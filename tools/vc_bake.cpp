@@ -25,6 +25,9 @@ struct Options {
   BakeOptions bake;
   IngestOptions ingest;
   AuditOptions audit;
+  std::string depth = "auto";
+  double budget_mb = 0;
+  bool plan_only = false;
   Storage storage = Storage::raw;
 };
 
@@ -122,6 +125,36 @@ Result<BakedFile> bake_file(const Options& options, const fs::path& input) {
   return file;
 }
 
+Json describe_plan(const Plan& plan) {
+  Json json{{"depth", plan.depth}, {"worth_it", plan.depth > 0}, {"reason", plan.reason}, {"probe_seconds", plan.seconds}};
+  json["forecasts"] = Json::array();
+  for (const DepthForecast& f : plan.forecasts)
+    json["forecasts"].push_back({{"depth", f.depth}, {"bytes", f.bytes}, {"seconds", f.seconds}, {"resolved", f.resolved},
+                                 {"resolved_shadow", f.resolved_shadow}, {"gain", f.gain}});
+  return json;
+}
+
+void print_plan(const Plan& plan) {
+  std::printf("  %-6s %12s %12s %10s %16s %6s\n", "depth", "tree", "bake", "resolved", "of shadow rays", "gain");
+  for (const DepthForecast& f : plan.forecasts)
+    std::printf("%c %-6u %12s %12s %8.1f %% %14.1f %% %6.2f\n", f.depth == plan.depth ? '*' : ' ', f.depth, readable_bytes(f.bytes).c_str(),
+                readable_seconds(f.seconds).c_str(), 100 * f.resolved, 100 * f.resolved_shadow, f.gain);
+  std::printf("  %s: %s (probed in %s)\n", plan.depth ? ("depth " + std::to_string(plan.depth)).c_str() : "not worth it",
+              plan.reason.c_str(), readable_seconds(plan.seconds).c_str());
+}
+
+// What was forecast beside what came.
+void print_outcome(const BakedObject& object) {
+  const Plan& plan = *object.plan;
+  if (plan.depth == 0) return void(std::printf("  plan      not worth it: %s\n", plan.reason.c_str()));
+  const DepthForecast& f = plan.forecasts[plan.depth - 1];
+  const double unclassified = static_cast<double>(object.record.cells[2]) / static_cast<double>(tree_shape(object.record.depth).cells());
+  std::printf("  plan      depth %u, %s; forecast and outcome: %s and %s, %s and %s, %.1f and %.1f %% resolved\n", plan.depth,
+              plan.reason.c_str(), readable_bytes(f.bytes).c_str(), readable_bytes(object.bytes_before_demotion).c_str(),
+              readable_seconds(f.seconds).c_str(), readable_seconds(object.seconds).c_str(), 100 * f.resolved, 100 * (1 - unclassified));
+  std::printf("  expected  %.1f %% of shadow rays that pierce the box answered, traced %.2f times faster one by one\n", 100 * f.resolved_shadow, f.gain);
+}
+
 Json report(const fs::path& input, const BakedFile& file) {
   Json json{{"input", input.string()}, {"output", file.output.string()}, {"bytes", file.bytes}};
   json["notes"] = file.notes;
@@ -130,6 +163,9 @@ Json report(const fs::path& input, const BakedFile& file) {
     Json entry = describe_object({&object.record, object.name, object.tree(), object.to_write().geometry});
     entry["duplicate_triangles"] = duplicates;
     entry["zero_area_triangles"] = zero_areas;
+    entry["plan"] = object.plan ? describe_plan(*object.plan) : Json(nullptr);
+    entry["bytes_before_demotion"] = object.bytes_before_demotion;
+    entry["out_of_time"] = object.out_of_time;
     entry["rays"] = object.rays;
     entry["seconds"] = object.seconds;
     json["objects"].push_back(entry);
@@ -146,6 +182,9 @@ void print_summary(const fs::path& input, const BakedFile& file) {
       std::printf("  dropped   %llu duplicate and %llu zero-area triangles\n",
                   static_cast<unsigned long long>(duplicates),
                   static_cast<unsigned long long>(zero_areas));
+    if (object.plan) print_outcome(object);
+    if (object.out_of_time) std::printf("  time      is over: what was not classified by then is unclassified\n");
+    if (object.record.method == static_cast<uint8_t>(Method::none)) continue;
     std::printf("  baked     in %s, %s rays, %s rays/s\n", readable_seconds(object.seconds).c_str(),
                 readable_count(static_cast<double>(object.rays)).c_str(),
                 readable_count(static_cast<double>(object.rays) / object.seconds).c_str());
@@ -200,6 +239,51 @@ int run(const Options& options) {
   return batch_exit_code(codes);
 }
 
+// --plan: forecasts, no files.
+int run_plan(const Options& options) {
+  catch_interruptions();
+  std::vector<int> codes;
+  Json all = Json::array();
+  for (const std::string& input : options.inputs) {
+    const auto fail = [&](const Error& error) {
+      print_error(error.message);
+      codes.push_back(exit_code(error.code));
+      all.push_back({{"input", input}, {"error", error.message}, {"exit_code", codes.back()}});
+    };
+    auto ingested = ingest_isolated(input, options.ingest);
+    if (!ingested) {
+      fail(ingested.error());
+      continue;
+    }
+    Json objects = Json::array();
+    int code = kExitOk;
+    for (SourceMesh& mesh : ingested->meshes) {
+      const std::string name = printable(mesh.name);
+      const uint32_t index = mesh.source_index;
+      BakeOptions bake_options = options.bake;
+      bake_options.stop = interrupted;
+      const auto prepared = prepare(std::move(mesh));
+      const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
+      if (!planned) {
+        print_error(input + ": " + planned.error().message);
+        code = exit_code(planned.error().code);
+        continue;
+      }
+      Json object{{"source_index", index}, {"name", prepared->name}, {"triangle_count", prepared->triangles.size()}};
+      object["plan"] = describe_plan(*planned);
+      objects.push_back(object);
+      if (options.common.format == OutputFormat::json) continue;
+      std::printf("%s: object %u %s, %zu triangles\n", input.c_str(), index, name.c_str(), prepared->triangles.size());
+      print_plan(*planned);
+    }
+    codes.push_back(code);
+    all.push_back({{"input", input}, {"objects", objects}});
+  }
+  if (options.common.format == OutputFormat::json)
+    print_json({{"tool", "vc-bake"}, {"version", VCD_VERSION}, {"files", all}});
+  return batch_exit_code(codes);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -212,8 +296,18 @@ int main(int argc, char** argv) {
   app.add_option("-o,--output", options.output,
                  "Sidecar to write, or folder to write to (default: beside each mesh, MESH.vcd)")
       ->type_name("PATH");
-  app.add_option("-d,--depth", options.bake.depth, "Levels of the octree: each costs about ten times more (default: 5)")
-      ->check(CLI::Range(1, 8));
+  app.add_option("-d,--depth", options.depth,
+                 "Levels of the octree, 1 to 8: each costs about ten times more; auto: the deepest that pays (default)")
+      ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}))
+      ->type_name("DEPTH");
+  app.add_option("--budget-mb", options.budget_mb,
+                 "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
+      ->check(CLI::Range(0.02, 1e6));
+  app.add_option("--budget-seconds", options.bake.budget_seconds,
+                 "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
+                 "unclassified, and the result depends on the machine (default: none)")
+      ->check(CLI::Range(0.1, 1e9));
+  app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
   const std::map<std::string, Method> kMethods = {{"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
   app.add_option("-m,--method", options.bake.method,
                  "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
@@ -238,5 +332,9 @@ int main(int argc, char** argv) {
   app.add_flag("--all-as-opaque", options.ingest.treat_all_as_opaque,
                "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
   add_common_options(app, options.common);
-  return run_program(app, argc, argv, [&] { return run(options); });
+  return run_program(app, argc, argv, [&] {
+    options.bake.depth = options.depth == "auto" ? 0 : static_cast<uint32_t>(options.depth[0] - '0');
+    options.bake.budget_bytes = static_cast<uint64_t>(options.budget_mb * 1048576);
+    return options.plan_only ? run_plan(options) : run(options);
+  });
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -19,9 +20,12 @@ struct CellSource {
   const CellClassifier& classifier;
   uint32_t depth;
   uint32_t one_in = 1;  // of so many top cells is classified, chosen by a hash; the others are unclassified
+  // Once it is over, what is not classified yet is unclassified.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<bool()> stop = {};  // true: the rest need not be right, the tree will be thrown away
 
   uint32_t classify(const Cell& cell, Workspace& workspace) const {
+    if (deadline != deadline.max() && std::chrono::steady_clock::now() > deadline) return kUnclassified;
     return classifier.classify(cell, cell.level == depth, workspace);
   }
 };

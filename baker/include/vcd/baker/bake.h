@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <vcd/baker/mesh.h>
+#include <vcd/baker/plan.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/format/error.h>
 #include <vcd/format/writer.h>
@@ -22,10 +24,14 @@ struct BakeProgress {
 
 struct BakeOptions {
   Method method = Method::hybrid;  // none: nothing is classified, and the file says that a sidecar would not pay
-  uint32_t depth = 5;       // 1 … 8
+  uint32_t depth = 5;       // 1 … 8; 0: plan() picks it, and whether to bake at all
   uint32_t samples = 256;   // sampled: rays a cell, 16, 81 or 256; hybrid: those of the statistical tier, 81 or 256
   uint64_t seed = 0;
   unsigned threads = 0;     // 0: all
+  uint64_t budget_bytes = 0;  // of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan()
+  // From the call of bake() to the written file, on a quiet machine; 0: none. A quarter is kept for audit and writing.
+  // When the rest is over, what is not classified stays unclassified.
+  double budget_seconds = 0;
   bool embed_geometry = false;
   bool blank = false;       // trace nothing and leave every cell unclassified: to measure what a look-up costs where it
                             // never helps
@@ -34,6 +40,8 @@ struct BakeOptions {
   std::function<void(const BakeProgress&)> progress;  // called now and then, from one thread at a time
   std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };
+
+inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 
 // One baked object. Moving it keeps every span of to_write() valid.
 class BakedObject {
@@ -48,8 +56,11 @@ class BakedObject {
 
   std::string name;
   ObjectRecord record{};
+  std::optional<Plan> plan;  // if the depth was left to it
   uint64_t rays = 0;
-  double seconds = 0;
+  double seconds = 0;        // of classifying and merging
+  uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
+  bool out_of_time = false;  // some cells were not classified
 
  private:
   friend Result<BakedObject> bake(const PreparedMesh&, const BakeOptions&);
@@ -57,7 +68,10 @@ class BakedObject {
   std::unique_ptr<Arrays> arrays_;
 };
 
-// Bakes one object. The same geometry and options give the same tree and record, whatever the number of threads, the
+// What bakes of the mesh would cost and be worth; options.depth is not looked at. Errors as bake().
+Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
+
+// Bakes one object. Without a budget of seconds, the same geometry and options give the same tree and record, whatever the number of threads, the
 // order of vertices and triangles, or the file they came from.
 // Errors: usage (an option out of range); runtime (out of memory, or stopped).
 Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);
