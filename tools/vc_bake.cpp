@@ -10,6 +10,7 @@
 
 #include "common/audit_report.h"
 #include "common/describe.h"
+#include "common/method_options.h"
 #include "common/program.h"
 #include "common/progress.h"
 
@@ -308,15 +309,7 @@ int main(int argc, char** argv) {
                  "unclassified, and the result depends on the machine (default: none)")
       ->check(CLI::Range(0.1, 1e9));
   app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
-  const std::map<std::string, Method> kMethods = {{"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
-  app.add_option("-m,--method", options.bake.method,
-                 "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
-                 "(default); sampled: the paper's, statistics alone")
-      ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
-      ->type_name("proven|hybrid|sampled");
-  app.add_option("-s,--samples", options.bake.samples,
-                 "Rays a cell: 16, 81 or 256; of the statistical tier of hybrid: 81 or 256 (default: 256)")
-      ->check(CLI::IsMember({16, 81, 256}));
+  add_method_options(app, options.bake);
   app.add_option("--audit", options.audit.lines,
                  "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
       ->check(CLI::Range(0, 2000000000));

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "common/describe.h"
+#include "common/method_options.h"
 #include "common/program.h"
 #include "common/progress.h"
 #include "render/census.h"
@@ -100,7 +101,7 @@ class Program {
     if (paths.empty()) {
       if (!options_.common.quiet)
         print_note("no sidecar given or found: baking one for this picture, depth " + std::to_string(options_.bake.depth) +
-                   ", " + std::to_string(options_.bake.samples) + " samples a cell (vc-bake keeps it)");
+                   ", " + method_name(options_.bake.method) + " (vc-bake keeps it)");
       BakeOptions bake = options_.bake;
       bake.stop = interrupted;
       bake.threads = options_.render.threads;
@@ -289,7 +290,7 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false)
       ->type_name("FILE");
   app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")->check(CLI::Range(1, 8));
-  app.add_option("-s,--samples", options.bake.samples, "Its rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}));
+  add_method_options(app, options.bake);
   add_scene_options(app, options.scene);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] {

@@ -13,10 +13,13 @@
 namespace vcd {
 namespace {
 
-constexpr uint32_t kPaths = 600;
-constexpr uint32_t kSegments = 1000;
+constexpr uint32_t kMostPaths = 600, kFewestPaths = 60;
+constexpr uint64_t kPathTriangles = 60'000'000;  // a path's cells near the root cost time with the mesh's size
+constexpr uint32_t kMostSegments = 1000, kFewestSegments = 200;
+constexpr double kProbeShare = 0.15;  // of the seconds that there are, for the paths, and as much for the segments
 constexpr double kLookUpSeconds = 14e-9;  // of one segment: spec/design.md, "What a look-up costs"
 constexpr uint32_t kLevels = 9;           // 0 … 8
+constexpr uint32_t kLeastDepth = 3;
 
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -39,11 +42,13 @@ class Probe {
 
   // Each path stands for a tree: the sums over its cells, weighted by how many each stands for, have the right mean
   // (Knuth 1975, "Estimating the efficiency of backtrack programs").
-  void run() {
-    for (uint32_t path = 0; path < kPaths && !(options_.stop && options_.stop()); ++path) walk(path);
+  void run(uint32_t most) {
+    const auto start = Clock::now();
+    uint32_t paths = 0;
+    while (paths < most && !(options_.stop && options_.stop()) && since(start) < kProbeShare * options_.budget_seconds) walk(paths++);
     for (LevelSums& l : levels_)
       for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked, &l.dull[0], &l.dull[1]})
-        *sum /= kPaths;
+        *sum /= std::max(paths, 1u);
   }
 
   double seconds(uint32_t depth) const {
@@ -125,12 +130,14 @@ class Probe {
 // Shadow-like segments: at which depth each is answered, and what tracing it costs.
 class Shadows {
  public:
-  Shadows(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options) {
+  Shadows(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options, uint32_t segments) {
     const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
     Workspace workspace;
-    for (Segment segment : audit_segments(mesh, AuditKind::chords, 0x5AD0, kSegments)) {
+    const auto beginning = Clock::now();
+    for (Segment segment : audit_segments(mesh, AuditKind::chords, 0x5AD0, segments)) {
       const LineCell line = locate(frame, segment);
       if (!line.valid || !line.hits || (options.stop && options.stop())) continue;
+      if (since(beginning) > kProbeShare * options.budget_seconds) break;
       Answered answered;
       for (uint32_t level = 0; level <= options.deepest && !answered.by_node; ++level) {
         const uint32_t up = 8 - level;
@@ -183,9 +190,9 @@ void choose(const PreparedMesh& mesh, const ProbeOptions& options, Plan& plan) {
   }
   const auto fits = [&](const DepthForecast& f) {
     return f.bytes <= 2 * options.budget_bytes && tree_shape(f.depth).top_bytes() <= options.budget_bytes / 2 &&
-           f.seconds <= options.budget_seconds;
+           (f.seconds <= options.budget_seconds || f.depth == kLeastDepth);  // a deadline ends what takes too long
   };
-  for (size_t i = 2; i < plan.forecasts.size(); ++i) {  // depth 3 at least
+  for (size_t i = kLeastDepth - 1; i < plan.forecasts.size(); ++i) {
     const DepthForecast& f = plan.forecasts[i];
     if (!fits(f)) {
       plan.reason = f.seconds > options.budget_seconds ? "the next level would take longer than there is time"
@@ -212,8 +219,11 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
   const auto start = Clock::now();
   Plan plan;
   Probe paths(classifier, options);
-  paths.run();
-  const Shadows shadows(mesh, tracer, classifier, options);
+  const auto share = [&](uint32_t fewest, uint32_t most) {
+    return static_cast<uint32_t>(std::clamp<uint64_t>(most * kPathTriangles / kMostPaths / mesh.triangles.size(), fewest, most));
+  };
+  paths.run(share(kFewestPaths, kMostPaths));
+  const Shadows shadows(mesh, tracer, classifier, options, share(kFewestSegments, kMostSegments));
   for (uint32_t depth = 1; depth <= options.deepest; ++depth)
     plan.forecasts.push_back({depth, paths.bytes(depth), paths.seconds(depth) / options.threads, paths.resolved(depth),
                               shadows.resolved(depth), shadows.gain(depth)});
