@@ -1,0 +1,186 @@
+#include <functional>
+
+#include <gtest/gtest.h>
+
+#include <vcd/format/tree.h>
+
+#include "support/files.h"
+#include "support/hostile_meshes.h"
+#include "support/kernel_targets.h"
+#include "support/shaft_lines.h"
+
+namespace vcd::test {
+namespace {
+
+BakeOptions options(Method method, uint32_t depth, unsigned threads = 2) {
+  BakeOptions o;
+  o.method = method;
+  o.depth = depth;
+  o.threads = threads;
+  o.samples = 81;
+  return o;
+}
+
+std::vector<uint8_t> classes(const TreeView& tree, uint32_t depth) {
+  std::vector<uint8_t> out(size_t{kFacePairs} << (4 * depth));
+  const uint32_t up = 8 - depth, mask = (1u << depth) - 1;
+  for (uint32_t i = 0; i < out.size(); ++i) {
+    LineCell line{};
+    line.pair = i >> (4 * depth);
+    line.s = (i >> (3 * depth) & mask) << up, line.t = (i >> (2 * depth) & mask) << up;
+    line.u = (i >> depth & mask) << up, line.v = (i & mask) << up;
+    out[i] = static_cast<uint8_t>(bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line));
+  }
+  return out;
+}
+
+// A symmetry of the cube: axis a goes to axis `to[a]`, turned round where `mirror[a]`.
+struct Symmetry {
+  std::array<uint32_t, 3> to = {0, 1, 2};
+  std::array<bool, 3> mirror = {};
+
+  Position apply(const Position& p) const {
+    Position q;
+    for (size_t a = 0; a < 3; ++a) q[to[a]] = mirror[a] ? 256 - p[a] : p[a];
+    return q;
+  }
+  // Index among all cells of a depth → that of the cell where its lines go.
+  uint32_t apply(uint32_t index, uint32_t depth) const {
+    const uint32_t mask = (1u << depth) - 1;
+    const FacePair pair = kFacePair[index >> (4 * depth)];
+    uint32_t face[2] = {pair.low, pair.high}, at[2][3] = {};
+    for (int f = 0; f < 2; ++f) {
+      const FaceAxes axes = face_axes(face[f]);
+      const uint32_t first = index >> ((f == 0 ? 3 : 1) * depth) & mask;
+      const uint32_t second = index >> ((f == 0 ? 2 : 0) * depth) & mask;
+      at[f][to[axes.first]] = mirror[axes.first] ? mask - first : first;
+      at[f][to[axes.second]] = mirror[axes.second] ? mask - second : second;
+      face[f] = 2 * to[axes.normal] + (face[f] % 2 ^ (mirror[axes.normal] ? 1 : 0));
+    }
+    if (face[0] > face[1]) std::swap(face[0], face[1]), std::swap(at[0], at[1]);
+    uint32_t mapped = 0;
+    while (kFacePair[mapped].low != face[0] || kFacePair[mapped].high != face[1]) ++mapped;
+    for (int f = 0; f < 2; ++f) {
+      const FaceAxes axes = face_axes(face[f]);
+      mapped = (mapped << depth | at[f][axes.first]) << depth | at[f][axes.second];
+    }
+    return mapped;
+  }
+};
+
+struct Difference {
+  uint64_t opposite = 0, clear = 0, blocked = 0;  // cells: clear against blocked; clear or blocked in one bake only
+};
+
+// Bakes a mesh and what becomes of it, and compares cell by cell.
+Difference compare(const SourceMesh& mesh, const Symmetry& symmetry, const std::function<void(SourceMesh&)>& change,
+                   uint32_t depth) {
+  SourceMesh changed = mesh;
+  for (Position& p : changed.positions) p = symmetry.apply(p);
+  change(changed);
+  const auto one = bake(prepared_on_grid(mesh), options(Method::proven, depth));
+  const auto other = bake(prepared_on_grid(std::move(changed)), options(Method::proven, depth));
+  const auto a = classes(one->tree(), depth), b = classes(other->tree(), depth);
+  Difference d;
+  for (uint32_t i = 0; i < a.size(); ++i) {
+    const uint8_t x = a[i], y = b[symmetry.apply(i, depth)];
+    d.opposite += std::max(x, y) == kBlocked && std::min(x, y) == kClear;
+    d.clear += (x == kClear) != (y == kClear);
+    d.blocked += (x == kBlocked) != (y == kBlocked);
+  }
+  return d;
+}
+
+const auto kNoChange = [](SourceMesh&) {};
+std::vector<SourceMesh> subjects() {
+  return {on_grid(sphere(10, 14), 0x1p-8f), on_grid(fins(), 0x1p-8f), on_grid(leaves(60), 0x1p-8f),
+          on_grid(intersecting(), 0x1p-8f), on_grid(cube(), 16)};
+}
+
+TEST(ProvenBake, IsTheSameForMirroredAndPermutedMeshes) {
+  const Symmetry symmetries[] = {{{0, 1, 2}, {true, false, false}}, {{0, 1, 2}, {false, true, false}},
+                                 {{0, 1, 2}, {false, false, true}}, {{1, 2, 0}, {}},
+                                 {{1, 0, 2}, {}},                   {{2, 1, 0}, {true, false, true}}};
+  for (const SourceMesh& mesh : subjects())
+    for (const Symmetry& symmetry : symmetries) {
+      const Difference d = compare(mesh, symmetry, kNoChange, 4);
+      EXPECT_EQ(d.opposite, 0u);
+      EXPECT_EQ(d.clear, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
+      EXPECT_EQ(d.blocked, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
+    }
+}
+
+TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
+  const std::function<void(SourceMesh&)> changes[] = {
+      [](SourceMesh& m) { std::reverse(m.triangles.begin(), m.triangles.end()); },
+      [](SourceMesh& m) { m = inverted(m); },
+      [](SourceMesh& m) { for (auto& t : m.triangles) std::rotate(t.begin(), t.begin() + 1, t.end()); },
+      [](SourceMesh& m) {
+        const auto n = static_cast<uint32_t>(m.positions.size());
+        std::reverse(m.positions.begin(), m.positions.end());
+        for (auto& t : m.triangles) for (auto& v : t) v = n - 1 - v;
+      },
+      [](SourceMesh& m) {
+        for (size_t t = 0; t < m.triangles.size(); t += 2) std::swap(m.triangles[t][0], m.triangles[t][1]);
+      }};
+  for (const SourceMesh& mesh : subjects())
+    for (const auto& change : changes) {
+      const Difference d = compare(mesh, {}, change, 4);
+      EXPECT_EQ(d.opposite + d.clear + d.blocked, 0u) << mesh.name << " " << &change - changes;
+    }
+}
+
+TEST(ProvenBake, GivesTheSameBytesForAnyNumberOfThreads) {
+  for (Method method : {Method::proven, Method::hybrid})
+    for (const SourceMesh& mesh : {sphere(12, 20), leaves(60), moebius()}) {
+      const BakedObject one = must_bake(mesh, options(method, 4, 1)), two = must_bake(mesh, options(method, 4, 2)),
+                        many = must_bake(mesh, options(method, 4, 7));
+      const auto bytes = sidecar_bytes({&one});
+      EXPECT_EQ(bytes, sidecar_bytes({&two})) << mesh.name;
+      EXPECT_EQ(bytes, sidecar_bytes({&many})) << mesh.name;
+      EXPECT_EQ(one.rays, two.rays);
+    }
+}
+
+TEST(ProvenBake, GivesTheSameBytesOnEveryProcessor) {
+  for (Method method : {Method::proven, Method::hybrid})
+    for (const SourceMesh& mesh : {intersecting(), leaves(60)}) {
+      std::vector<std::vector<std::byte>> bytes;
+      with_every_target([&](const char*) {
+        const BakedObject object = must_bake(mesh, options(method, 4));
+        bytes.push_back(sidecar_bytes({&object}));
+      });
+      for (const auto& b : bytes) EXPECT_EQ(b, bytes[0]) << mesh.name;
+    }
+}
+
+TEST(HybridBake, AddsStatisticallyBlockedCellsAndChangesNoOther) {
+  for (const SourceMesh& mesh : {sphere(12, 20), leaves(60)}) {
+    const BakedObject proven = must_bake(mesh, options(Method::proven, 4));
+    const BakedObject hybrid = must_bake(mesh, options(Method::hybrid, 4));
+    const auto a = classes(proven.tree(), 4), b = classes(hybrid.tree(), 4);
+    uint64_t statistical = 0;
+    for (size_t i = 0; i < a.size(); ++i) {
+      statistical += b[i] == kStatisticallyBlocked;
+      ASSERT_EQ(a[i], b[i] == kStatisticallyBlocked ? kUnclassified : b[i]) << mesh.name;
+    }
+    EXPECT_GT(statistical, 0u);
+  }
+}
+
+TEST(ProvenBake, KeepsThePromisesOfAShallowerBake) {
+  // What a cell of depth 3 promises, all cells inside it promise at depth 4.
+  for (const SourceMesh& mesh : {sphere(12, 20), fins(), moebius(), leaves(60)}) {
+    const BakedObject a = must_bake(mesh, options(Method::proven, 3)), b = must_bake(mesh, options(Method::proven, 4));
+    const auto coarse = classes(a.tree(), 3), fine = classes(b.tree(), 4);
+    uint64_t lost = 0;
+    for (uint32_t i = 0; i < fine.size(); ++i) {
+      const uint32_t above = (i >> 16) << 12 | (i >> 13 & 7) << 9 | (i >> 9 & 7) << 6 | (i >> 5 & 7) << 3 | (i >> 1 & 7);
+      lost += coarse[above] != kUnclassified && fine[i] != coarse[above];
+    }
+    EXPECT_EQ(lost, 0u) << mesh.name;
+  }
+}
+
+}  // namespace
+}  // namespace vcd::test
