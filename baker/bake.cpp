@@ -68,6 +68,12 @@ uint64_t tree_bytes(const TreeView& tree) {
   return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
 }
 
+// Of a tree in which everything is uniform.
+uint64_t least_bytes(uint32_t depth) {
+  const TreeShape shape = tree_shape(depth);
+  return shape.bytes(shape.has_blocks256 ? kUniformBlocks : 0, shape.has_blocks16 ? kUniformBlocks : 0, kUniformBlocks);
+}
+
 // What a file of so many bytes leaves for its tree: header, tables, names and the tree's page come before it.
 uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min<uint64_t>(file_bytes, 8192); }
 
@@ -179,6 +185,10 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
     return object;
   }
 
+  if (const uint64_t least = least_bytes(options.depth); options.budget_bytes > 0 && least > tree_budget(options.budget_bytes))
+    return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(options.depth) + " takes " +
+                                       std::to_string(least + 8192) + " bytes at the least, more than the budget"};
+
   const auto bake_start = Clock::now();
   const auto baking = [&] { return std::chrono::duration<double>(Clock::now() - bake_start).count(); };
   const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
@@ -197,9 +207,6 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes));
   object.arrays_->tree = std::move(octree->tree);
   object.seconds = baking();
-  if (const uint64_t bytes = tree_bytes(object.tree()); options.budget_bytes > 0 && bytes > tree_budget(options.budget_bytes))
-    return Error{ErrorCode::usage, place_of(mesh) + ": a tree of depth " + std::to_string(options.depth) + " takes " +
-                                       std::to_string(bytes) + " bytes at the least, more than the budget"};
   count_tree(object.tree(), object.record);
   return object;
 } catch (const std::bad_alloc&) {

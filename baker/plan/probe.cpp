@@ -183,11 +183,7 @@ class Shadows {
 
 std::string percent(double share) { return std::to_string(static_cast<int>(std::lround(100 * share))) + " %"; }
 
-void choose(const PreparedMesh& mesh, const ProbeOptions& options, Plan& plan) {
-  if (mesh.triangles.size() < kLeastTriangles) {
-    plan.reason = "its " + std::to_string(mesh.triangles.size()) + " triangles are traced as fast as looked up";
-    return;
-  }
+void choose(const ProbeOptions& options, Plan& plan) {
   const auto fits = [&](const DepthForecast& f) {
     return f.bytes <= 2 * options.budget_bytes && tree_shape(f.depth).top_bytes() <= options.budget_bytes / 2 &&
            (f.seconds <= options.budget_seconds || f.depth == kLeastDepth);  // a deadline ends what takes too long
@@ -218,6 +214,10 @@ void choose(const PreparedMesh& mesh, const ProbeOptions& options, Plan& plan) {
 Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options) {
   const auto start = Clock::now();
   Plan plan;
+  if (mesh.triangles.size() < kLeastTriangles) {
+    plan.reason = "its " + std::to_string(mesh.triangles.size()) + " triangles are traced as fast as looked up";
+    return plan;
+  }
   Probe paths(classifier, options);
   const auto share = [&](uint32_t fewest, uint32_t most) {
     return static_cast<uint32_t>(std::clamp<uint64_t>(most * kPathTriangles / kMostPaths / mesh.triangles.size(), fewest, most));
@@ -227,7 +227,7 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
   for (uint32_t depth = 1; depth <= options.deepest; ++depth)
     plan.forecasts.push_back({depth, paths.bytes(depth), paths.seconds(depth) / options.threads, paths.resolved(depth),
                               shadows.resolved(depth), shadows.gain(depth)});
-  choose(mesh, options, plan);
+  choose(options, plan);
   plan.seconds = since(start);
   return plan;
 }

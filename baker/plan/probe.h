@@ -15,7 +15,7 @@ struct ProbeOptions {
   unsigned threads;               // of the bake that is forecast
   uint64_t budget_bytes;          // of the tree
   double budget_seconds;          // of the bake; infinity for none
-  uint32_t deepest = 8;           // depth to forecast
+  uint32_t deepest = 7;           // depth to forecast
   std::function<bool()> stop = {};
 };
 

@@ -12,6 +12,8 @@
 namespace vcd::test {
 namespace {
 
+constexpr uint32_t kDepth = kSanitized ? 3 : 4;
+
 BakeOptions options(Method method, uint32_t depth, unsigned threads = 2) {
   BakeOptions o;
   o.method = method;
@@ -103,7 +105,7 @@ TEST(ProvenBake, IsTheSameForMirroredAndPermutedMeshes) {
                                  {{1, 0, 2}, {}},                   {{2, 1, 0}, {true, false, true}}};
   for (const SourceMesh& mesh : subjects())
     for (const Symmetry& symmetry : symmetries) {
-      const Difference d = compare(mesh, symmetry, kNoChange, 4);
+      const Difference d = compare(mesh, symmetry, kNoChange, kDepth);
       EXPECT_EQ(d.opposite, 0u);
       EXPECT_EQ(d.clear, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
       EXPECT_EQ(d.blocked, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
@@ -125,7 +127,7 @@ TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
       }};
   for (const SourceMesh& mesh : subjects())
     for (const auto& change : changes) {
-      const Difference d = compare(mesh, {}, change, 4);
+      const Difference d = compare(mesh, {}, change, kDepth);
       EXPECT_EQ(d.opposite + d.clear + d.blocked, 0u) << mesh.name << " " << &change - changes;
     }
 }
@@ -133,8 +135,8 @@ TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
 TEST(ProvenBake, GivesTheSameBytesForAnyNumberOfThreads) {
   for (Method method : {Method::proven, Method::hybrid})
     for (const SourceMesh& mesh : {sphere(12, 20), leaves(60), moebius()}) {
-      const BakedObject one = must_bake(mesh, options(method, 4, 1)), two = must_bake(mesh, options(method, 4, 2)),
-                        many = must_bake(mesh, options(method, 4, 7));
+      const BakedObject one = must_bake(mesh, options(method, kDepth, 1)), two = must_bake(mesh, options(method, kDepth, 2)),
+                        many = must_bake(mesh, options(method, kDepth, 7));
       const auto bytes = sidecar_bytes({&one});
       EXPECT_EQ(bytes, sidecar_bytes({&two})) << mesh.name;
       EXPECT_EQ(bytes, sidecar_bytes({&many})) << mesh.name;
@@ -147,7 +149,7 @@ TEST(ProvenBake, GivesTheSameBytesOnEveryProcessor) {
     for (const SourceMesh& mesh : {intersecting(), leaves(60)}) {
       std::vector<std::vector<std::byte>> bytes;
       with_every_target([&](const char*) {
-        const BakedObject object = must_bake(mesh, options(method, 4));
+        const BakedObject object = must_bake(mesh, options(method, kDepth));
         bytes.push_back(sidecar_bytes({&object}));
       });
       for (const auto& b : bytes) EXPECT_EQ(b, bytes[0]) << mesh.name;
@@ -156,9 +158,9 @@ TEST(ProvenBake, GivesTheSameBytesOnEveryProcessor) {
 
 TEST(HybridBake, AddsStatisticallyBlockedCellsAndChangesNoOther) {
   for (const SourceMesh& mesh : {sphere(12, 20), leaves(60)}) {
-    const BakedObject proven = must_bake(mesh, options(Method::proven, 4));
-    const BakedObject hybrid = must_bake(mesh, options(Method::hybrid, 4));
-    const auto a = classes(proven.tree(), 4), b = classes(hybrid.tree(), 4);
+    const BakedObject proven = must_bake(mesh, options(Method::proven, kDepth));
+    const BakedObject hybrid = must_bake(mesh, options(Method::hybrid, kDepth));
+    const auto a = classes(proven.tree(), kDepth), b = classes(hybrid.tree(), kDepth);
     uint64_t statistical = 0;
     for (size_t i = 0; i < a.size(); ++i) {
       statistical += b[i] == kStatisticallyBlocked;
