@@ -29,7 +29,7 @@ class CandidatePath {
   std::array<Level, 10> levels_;  // 0 … 8; the last holds all
 };
 
-// What one thread needs from cell to cell, and what it has done.
+// What one thread needs from cell to cell of one mesh, and what it has done.
 struct Workspace {
   uint64_t rays = 0;    // traced
   uint64_t proofs = 0;  // tried

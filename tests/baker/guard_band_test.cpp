@@ -68,7 +68,8 @@ void random_line(Random& random, Asked& asked) {
   }
   through[random.below(3)] = random.below(2) ? 256 : 0;
   const bool farthest = random.below(2);
-  const double far = farthest ? 0x1p17 * (1 - 0.01 * random.uniform()) : 256 * std::pow(10, random.between(-3, 2.7));
+  const double limit = random.below(4) ? 0x1p17 : 0x1p18;  // beyond 2^17 no line is valid
+  const double far = farthest ? limit * (1 - 0.01 * random.uniform()) : 256 * std::pow(10, random.between(-3, 2.7));
   const double from = random.below(2) ? far : -far;
   const double scaled = std::exp2(random.below(2) ? random.between(-10, 10) : random.between(-40, 92));
   for (int a = 0; a < 3; ++a) {
