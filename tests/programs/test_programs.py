@@ -81,6 +81,58 @@ class Bake(Case):
         contents = {(self.folder / f"{t}.vcd").read_bytes() for t in (1, 2, 3)}
         self.assertEqual(len(contents), 1)
 
+    def info(self, sidecar):
+        return json.loads(self.run_program("vc-info", sidecar, "--format", "json").stdout)["files"][0]["objects"]
+
+    def test_each_method_says_what_it_guarantees_and_is_audited(self):
+        mesh = self.mesh("soup.obj", soup(60))
+        for method in ("proven", "hybrid", "sampled"):
+            self.run_program("vc-bake", mesh, "--method", method, "--depth", 3, "--audit", 9000)
+            found, = self.info(f"{mesh}.vcd")
+            self.assertEqual(found["method"], method)
+            self.assertEqual(found["audit"]["lines"] + found["audit"]["aimed_lines"], 9000)
+            self.assertEqual(found["guard_band"] > 0, method != "sampled")
+            if method == "proven":
+                self.assertEqual(found["audit"]["wrong"] + found["audit"]["aimed_wrong"], 0)
+            self.run_program("vc-verify", f"{mesh}.vcd", "--against", mesh, "--lines", 9000)
+        self.run_program("vc-bake", mesh, "--depth", 3, "--audit", 0)
+        self.assertIsNone(self.info(f"{mesh}.vcd")[0]["audit"])
+
+    def test_samples_alone_mean_the_papers_method(self):
+        mesh = self.mesh("soup.obj", soup(60))
+        for arguments, method in ((["--samples", 81], "sampled"), (["--samples", 81, "--method", "hybrid"], "hybrid"),
+                                  (["--method", "hybrid", "--samples", 81], "hybrid"), ([], "hybrid")):
+            self.run_program("vc-bake", mesh, "--depth", 2, "--audit", 0, *arguments)
+            self.assertEqual(self.info(f"{mesh}.vcd")[0]["method"], method)
+        self.run_program("vc-bake", mesh, "--method", "hybrid", "--samples", 16, code=1)
+
+    def test_plan_forecasts_and_writes_nothing(self):
+        mesh = self.mesh("soup.obj", soup(80))
+        before = self.files()
+        self.assertIn("gain", self.run_program("vc-bake", mesh, "--plan").stdout)
+        report = json.loads(self.run_program("vc-bake", mesh, "--plan", "--format", "json").stdout)
+        plan = report["files"][0]["objects"][0]["plan"]
+        self.assertEqual([f["depth"] for f in plan["forecasts"]], list(range(1, 8)))
+        self.assertGreater(plan["depth"], 0)
+        self.assertEqual(self.files(), before)
+
+    def test_budgets_are_kept_and_the_forecast_stands_beside_the_outcome(self):
+        mesh = self.mesh("soup.obj", soup(80))
+        report = json.loads(self.run_program("vc-bake", mesh, "--budget-mb", 0.25, "--audit", 0, "--format", "json").stdout)
+        baked, = report["files"][0]["objects"]
+        self.assertLessEqual(report["files"][0]["bytes"], 0.25 * 2 ** 20)
+        self.assertEqual(baked["depth"], baked["plan"]["depth"])
+        self.run_program("vc-bake", mesh, "--depth", 6, "--budget-seconds", 0.2, "--audit", 0)
+        self.run_program("vc-verify", f"{mesh}.vcd", "--against", mesh, "--lines", 9000)
+        self.assertIn("budget", self.run_program("vc-bake", mesh, "--depth", 5, "--budget-mb", 0.1, code=1).stderr)
+
+    def test_what_is_not_worth_it_is_recorded_as_such(self):
+        mesh = self.mesh()
+        self.assertIn("not worth it", self.run_program("vc-bake", mesh).stdout)
+        self.assertEqual(self.info(f"{mesh}.vcd")[0]["method"], "none")
+        self.assertIn("would not pay", self.run_program("vc-info", f"{mesh}.vcd").stdout)
+        self.run_program("vc-verify", f"{mesh}.vcd", "--against", mesh, "--lines", 9000)
+
     def test_output_file_and_folder(self):
         mesh, other = self.mesh(), self.mesh("other.obj")
         self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "x.vcd")
