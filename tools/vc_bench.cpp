@@ -8,6 +8,7 @@
 #include "bench/paper_run.h"
 #include "bench/report.h"
 #include "bench/segments.h"
+#include "bench/stability.h"
 #include "common/program.h"
 
 namespace {
@@ -29,6 +30,7 @@ struct Options {
   std::string mesh;
   BakeRateOptions bake_rate;
   BakeTimeOptions bake_time;
+  StabilityOptions stability;
 };
 
 // What --quick and its absence stand for. Options that are given go before.
@@ -162,12 +164,19 @@ int main(int argc, char** argv) {
   time->add_option("--one-in", options.bake_time.one_in, "Classify one in so many of the 61,440 cells of the top table (default: 40)")
       ->check(CLI::Range(1, 60000));
 
+  CLI::App* stability = app.add_subcommand("stability", "Where methods fail: parameters driven to their extremes, every answer judged exactly");
+  stability->add_option("-d,--depth", options.stability.depth, "Depth of the sidecars (default: 4)")->check(CLI::Range(1, 6));
+
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
   return run_program(app, argc, argv, [&] {
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     if (segments->parsed()) return run_segments(options.segments);
     if (bake->parsed()) return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
+    if (stability->parsed()) {
+      options.stability.folder = options.folder, options.stability.quick = options.quick;
+      return run_stability(options.stability, command, options.common.format);
+    }
     if (time->parsed()) return run_bake_time(options.mesh, options.bake_time, options.repetitions, options.common.format);
     if (report->parsed()) return write_report(options.folder);
     return run_all(options, command);

@@ -1,0 +1,44 @@
+// The sweeps of `vc-bench stability`, small: wherever other methods fail, a proof never does.
+#include "bench/stability.h"
+
+#include <gtest/gtest.h>
+
+namespace vcd::test {
+namespace {
+
+class Stability : public testing::TestWithParam<size_t> {};
+
+TEST_P(Stability, NoProofIsWrongAnywhere) {
+  StabilitySweep sweep = stability_sweeps(true)[GetParam()];
+  for (StabilitySweep::Point& p : sweep.points) p.rays /= 4;
+  uint64_t visited = 0, resolved = 0, sampled_wrong = 0, embree_wrong = 0, refused = 0;
+  run_sweep(sweep, 3, [&](size_t i, const StabilityPoint& p) {
+    ++visited;
+    EXPECT_EQ(p.counts[0].wrong, 0u) << sweep.title << ": " << sweep.points[i].x;
+    EXPECT_EQ(p.wrong_proven, 0u) << sweep.title << ": " << sweep.points[i].x;
+    refused += !p.refused.empty();
+    resolved += p.counts[0].resolved;
+    sampled_wrong += p.counts[2].wrong;
+    embree_wrong += p.counts[3].wrong;
+  });
+  EXPECT_EQ(visited, sweep.points.size());
+  EXPECT_EQ(refused, sweep.id == "scale" ? 1u : 0u);  // 1e30 is beyond 2^100
+  // The sweeps go where it hurts, and the referee sees it.
+  if (sweep.id == "slivers") {
+    EXPECT_GT(sampled_wrong, 100u);
+  } else {
+    EXPECT_GT(resolved, 1000u);
+  }
+  if (sweep.id == "segments" || sweep.id == "meshes") {
+    EXPECT_GT(embree_wrong, 10u);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Sweeps, Stability, testing::Range(size_t{0}, stability_sweeps(true).size()), [](const auto& instance) {
+  std::string name = stability_sweeps(true)[instance.param].id;
+  std::erase(name, '-');
+  return name;
+});
+
+}  // namespace
+}  // namespace vcd::test

@@ -1,0 +1,58 @@
+// Where methods fail: wrong and resolved answers of sidecars and of Embree while one parameter is driven to its extremes.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "common/program.h"
+#include "stability_meshes.h"
+
+namespace vcd {
+
+inline constexpr const char* kStabilityMethods[] = {"proven", "hybrid", "sampled", "embree", "embree_robust"};
+inline constexpr size_t kStabilityMethodCount = std::size(kStabilityMethods);
+
+// One mesh and one set of segments, each method judged by the referee.
+struct StabilityCounts {
+  uint64_t wrong = 0, resolved = 0;
+};
+struct StabilityPoint {
+  uint64_t rays = 0, blocked = 0;  // the latter by the referee
+  std::string refused;             // why no sidecar could be baked; then the first three counts are 0
+  StabilityCounts counts[kStabilityMethodCount];
+  uint64_t wrong_proven = 0;       // of hybrid's answers, with proofs alone
+};
+
+struct StabilityMesh;  // a mesh with its sidecars, tracers and referee
+
+struct StabilitySweep {
+  std::string id, title, parameter, scale;  // scale: log, linear, category
+  struct Point {
+    nlohmann::ordered_json x;
+    std::function<SourceMesh()> mesh;  // null: that of the point before
+    SegmentMaker segment;
+    uint64_t rays;
+  };
+  std::vector<Point> points;
+};
+
+// quick: fewer points and rays.
+std::vector<StabilitySweep> stability_sweeps(bool quick);
+
+// Runs one sweep; visit(point index, what came of it).
+void run_sweep(const StabilitySweep& sweep, uint32_t depth, const std::function<void(size_t, const StabilityPoint&)>& visit);
+
+struct StabilityOptions {
+  std::string folder;
+  bool quick = false;
+  uint32_t depth = 4;
+};
+
+// All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof was wrong.
+int run_stability(const StabilityOptions& options, const std::string& command, OutputFormat format);
+
+}  // namespace vcd
