@@ -12,7 +12,7 @@ cmake --build --preset release --target vc-bake vc-verify vc-info vc-bench >/dev
 bin=build/release/bin
 sidecar=build/shrub.vcd
 run() { echo; echo "\$ $*"; "$@"; }
-run $bin/vc-bake assets/shrub.glb -o $sidecar --depth 5 --samples 256
+run $bin/vc-bake assets/shrub.glb -o $sidecar
 run $bin/vc-verify $sidecar --against assets/shrub.glb --lines 200000 --keep 3
 run $bin/vc-info $sidecar
 run $bin/vc-bench segments $sidecar assets/shrub.glb
