@@ -204,7 +204,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   object.rays = octree->rays;
   object.out_of_time = Clock::now() > source.deadline;
   object.bytes_before_demotion = tree_bytes(octree->tree.view());
-  if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes));
+  if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads, &object.cells_demoted);
   object.arrays_->tree = std::move(octree->tree);
   object.seconds = baking();
   count_tree(object.tree(), object.record);

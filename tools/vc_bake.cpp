@@ -166,6 +166,7 @@ Json report(const fs::path& input, const BakedFile& file) {
     entry["zero_area_triangles"] = zero_areas;
     entry["plan"] = object.plan ? describe_plan(*object.plan) : Json(nullptr);
     entry["bytes_before_demotion"] = object.bytes_before_demotion;
+    entry["cells_demoted"] = object.cells_demoted;
     entry["out_of_time"] = object.out_of_time;
     entry["rays"] = object.rays;
     entry["seconds"] = object.seconds;
@@ -184,6 +185,9 @@ void print_summary(const fs::path& input, const BakedFile& file) {
                   static_cast<unsigned long long>(duplicates),
                   static_cast<unsigned long long>(zero_areas));
     if (object.plan) print_outcome(object);
+    if (object.cells_demoted)
+      std::printf("  budget    made %s of %s: %.2f %% of all cells lost their class\n", readable_bytes(file.bytes).c_str(), readable_bytes(object.bytes_before_demotion).c_str(),
+                  100 * static_cast<double>(object.cells_demoted) / static_cast<double>(tree_shape(object.record.depth).cells()));
     if (object.out_of_time) std::printf("  time      is over: what was not classified by then is unclassified\n");
     if (object.record.method == static_cast<uint8_t>(Method::none)) continue;
     std::printf("  baked     in %s, %s rays, %s rays/s\n", readable_seconds(object.seconds).c_str(),

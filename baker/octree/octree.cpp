@@ -4,13 +4,12 @@
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
-#include <tbb/global_control.h>
-#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
 #include "classify/random.h"
+#include "octree/threads.h"
 
 namespace vcd {
 namespace {
@@ -50,7 +49,7 @@ Cell top_cell(const TreeShape& shape, uint32_t slot) {
           slot >> bits & mask, slot & mask};
 }
 
-std::optional<Octree> build(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
+std::optional<Octree> build(const CellSource& source, const OctreeProgress& progress) {
   const TreeShape shape = tree_shape(source.depth);
   const uint32_t total = shape.top_words();
   Workspaces workspaces;
@@ -93,7 +92,7 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
     progress(done, total, rays);
   };
   using tbb::filter_mode;
-  tbb::parallel_pipeline(4 * threads, tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
+  tbb::parallel_pipeline(4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency()), tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
                                           tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
                                           tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
   if (done < total || stopped()) return std::nullopt;
@@ -103,10 +102,7 @@ std::optional<Octree> build(const CellSource& source, unsigned threads, const Oc
 }  // namespace
 
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress) {
-  threads = std::min(threads, 1024u);
-  if (threads == 0) threads = static_cast<unsigned>(tbb::info::default_concurrency());
-  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-  return tbb::task_arena(static_cast<int>(threads)).execute([&] { return build(source, threads, progress); });
+  return with_threads(threads, [&] { return build(source, progress); });
 }
 
 }  // namespace vcd
