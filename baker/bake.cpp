@@ -89,13 +89,6 @@ void count_tree(const TreeView& tree, ObjectRecord& record) {
   record.nodes_shared = statistics.nodes_shared;
 }
 
-std::unique_ptr<CellClassifier> make_classifier(const PreparedMesh& mesh, const Tracer& tracer, const BakeOptions& options) {
-  if (options.method == Method::sampled)
-    return std::make_unique<SampledCells>(SampledClassifier(tracer, options.samples, options.seed));
-  return std::make_unique<ProvenClassifier>(
-      mesh, tracer, ProvenOptions{options.seed, options.method == Method::hybrid ? options.samples : 0});
-}
-
 Octree blank_octree(uint32_t depth) {
   const TreeShape shape = tree_shape(depth);
   Subtree unclassified;
@@ -105,11 +98,14 @@ Octree blank_octree(uint32_t depth) {
   return {dag.take(), 0};
 }
 
+constexpr uint32_t kDefaultSamples = 256;
+
 // What is wrong with options; null if nothing is.
 const char* fault_of(const BakeOptions& options) {
   if (options.depth > kMaxDepth) return "depth must be 1 to 8, or 0 for automatic";
   if (options.depth == 0 && options.blank) return "a blank tree needs a depth";
   const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
+  if (options.samples == 0) return nullptr;
   if (options.method == Method::sampled && !known) return "samples must be 16, 81 or 256";
   if (options.method == Method::hybrid && (!known || options.samples == 16)) return "samples of a hybrid bake must be 81 or 256";
   return nullptr;
@@ -121,12 +117,20 @@ using Clock = std::chrono::steady_clock;
 struct Workshop {
   std::unique_ptr<const Tracer> tracer;  // stays where it is: the classifier refers to it
   std::unique_ptr<CellClassifier> classifier;
+  uint32_t samples;  // that a class by statistics rests on
 
   static Result<Workshop> build(const PreparedMesh& mesh, const BakeOptions& options) {
     auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
     if (!tracer) return Error{tracer.error().code, place_of(mesh) + ": " + tracer.error().message};
-    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr};
-    shop.classifier = make_classifier(mesh, *shop.tracer, options);
+    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr, options.samples ? options.samples : kDefaultSamples};
+    if (options.method == Method::sampled) {
+      shop.classifier = std::make_unique<SampledCells>(SampledClassifier(*shop.tracer, shop.samples, options.seed));
+    } else {
+      const ProvenOptions proven{options.seed, options.method == Method::hybrid, options.samples};
+      auto classifier = std::make_unique<ProvenClassifier>(mesh, *shop.tracer, proven);
+      shop.samples = classifier->samples();
+      shop.classifier = std::move(classifier);
+    }
     return shop;
   }
 };
@@ -164,11 +168,13 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   BakedObject object;
   object.name = mesh.name;
   BakeOptions options = given;
+  if (options.blank && options.samples == 0) options.samples = kDefaultSamples;
   std::optional<Workshop> shop;
   if (options.method != Method::none && !options.blank) {
     auto built = Workshop::build(mesh, options);
     if (!built) return built.error();
     shop.emplace(std::move(*built));
+    options.samples = shop->samples;
     if (options.depth == 0) object.plan = plan_with(mesh, *shop, options, time_limit - seconds());
     if (object.plan && object.plan->depth == 0) options.method = Method::none;
     if (object.plan) options.depth = object.plan->depth;

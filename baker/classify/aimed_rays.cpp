@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
+#include <optional>
+#include <span>
 
 #include <vcd/format/line_cell.h>
 
@@ -54,19 +57,28 @@ void silhouette_edges(const TriangleGroups& groups, const Surface& surface, cons
     const Vec a = corner(triangle, 0);
     return dot(cross(minus(corner(triangle, 1), a), minus(corner(triangle, 2), a)), along) > 0;
   };
-  groups.for_each(candidates, [&](const TriangleCluster& cluster) {
+  const auto edge_of = [&](const TriangleCluster& cluster) -> std::optional<SilhouetteEdge> {
     for (uint32_t left = triangles_near(shaft, cluster); left; left &= left - 1) {
       const uint32_t triangle = cluster.triangle[std::countr_zero(left)];
       const bool faces = facing(triangle);
-      for (uint32_t e = 0; e < 3 && into.size() < most; ++e) {
+      for (uint32_t e = 0; e < 3; ++e) {
         const uint32_t neighbour = surface.neighbour(triangle, e);
         if (neighbour != kBoundary && (neighbour < triangle || facing(neighbour) == faces)) continue;
         SilhouetteEdge edge = {corner(triangle, e), corner(triangle, (e + 1) % 3)};
-        if (cut(shaft, edge)) into.push_back(edge);
+        if (cut(shaft, edge)) return edge;
       }
     }
-    return into.size() < most;
-  });
+    return std::nullopt;
+  };
+  // In strides, since clusters that are near in the list are near in space.
+  const size_t count = candidates.size();
+  size_t stride = count * 5 / 8;
+  while (std::gcd(stride, count) > 1) ++stride;
+  for (size_t i = 0; i < count && into.size() < most; ++i)
+    groups.for_each(std::span(&candidates[i * stride % count], 1), [&](const TriangleCluster& cluster) {
+      if (const auto edge = edge_of(cluster)) into.push_back(*edge);
+      return into.size() < most;
+    });
 }
 
 uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteEdge>& edges, RTCRay16& rays) {
@@ -80,8 +92,8 @@ uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteE
   float* const direction[3] = {rays.dir_x, rays.dir_y, rays.dir_z};
 
   uint32_t count = 0;
-  for (size_t i = 0; i < 8 && !edges.empty(); ++i) {
-    const SilhouetteEdge& edge = edges[i * edges.size() / 8];
+  for (size_t i = 0; i < std::min<size_t>(edges.size(), 8); ++i) {
+    const SilhouetteEdge& edge = edges[i];
     for (uint32_t attempt = 0; attempt < kTries; ++attempt) {
       const Vec point = mix(edge.from, edge.to, random.uniform());
       Vec from;

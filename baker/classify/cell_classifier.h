@@ -31,12 +31,16 @@ class CandidatePath {
 
 // What one thread needs from cell to cell of one mesh, and what it has done.
 struct Workspace {
-  uint64_t rays = 0;    // traced
-  uint64_t proofs = 0;  // tried
+  uint64_t rays = 0;  // traced
   CandidatePath path;
   Surface::Flood flood;
   std::vector<Crossing> crossings;
   std::vector<SilhouetteEdge> edges;
+  struct {
+    bool known = false;
+    Cell cell{};
+    bool blocked = false;
+  } last_parent;  // that was asked by rays alone
 };
 
 class CellClassifier {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include <vcd/format/line_cell.h>
+
+#include "classify/random.h"
 #include "prepare/topology.h"
 
 namespace vcd {
@@ -13,8 +16,13 @@ constexpr uint32_t kFloodLimit = 2000;
 // Sheets that are tried before a cell is given up.
 constexpr size_t kMostSheets = 8;
 
-// Edges that aimed rays are spread over.
-constexpr size_t kMostEdges = 256;
+// Edges at which rays are aimed.
+constexpr size_t kMostEdges = 8;
+
+// Proofs of blocked that tell whether they are worth trying, and the cells among which those are looked for.
+constexpr uint32_t kTrials = 256, kMostLooks = 8192, kTrialLevel = 5;
+// They are, if one in so many succeeds.
+constexpr uint32_t kOneSucceedsIn = 8;
 
 // Lanes 8 to 15 in the place of lanes 0 to 7.
 RTCRay16 second_half(const RTCRay16& rays) {
@@ -44,13 +52,32 @@ Line line_through(const Cell& cell, const std::array<double, 4>& place) {
 }  // namespace
 
 ProvenClassifier::ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options)
-    : options_(options),
+    : seed_(options.seed),
+      statistical_tier_(options.statistical_tier),
       tracer_(tracer),
       triangle_count_(mesh.triangles.size()),
       first_look_(tracer, 16, options.seed),
-      statistical_(tracer, options.statistical_samples ? options.statistical_samples : 81, options.seed + 1),
       groups_(positions_in_grid(mesh), mesh.triangles),
-      surface_(positions_in_grid(mesh), mesh.triangles, pair_edges(mesh.positions, mesh.triangles)) {}
+      surface_(positions_in_grid(mesh), mesh.triangles, pair_edges(mesh.positions, mesh.triangles)),
+      rays_alone_(options.statistical_tier && proofs_fail()),
+      samples_(options.samples ? options.samples : rays_alone_ ? 81 : 256),
+      statistical_(tracer, samples_, options.seed + 1),
+      parent_rays_(tracer, 256, options.seed + 3) {}
+
+bool ProvenClassifier::proofs_fail() const {
+  Workspace workspace;
+  uint32_t tried = 0, succeeded = 0;
+  for (uint32_t i = 0; i < kMostLooks && tried < kTrials; ++i) {
+    const uint64_t random = mix_bits(kGolden * (i + 1));
+    constexpr uint32_t kMask = (1u << kTrialLevel) - 1;
+    const auto coordinate = [&](uint32_t k) { return static_cast<uint32_t>(random >> (8 * k)) & kMask; };
+    const Cell cell{i % kFacePairs, kTrialLevel, coordinate(0), coordinate(1), coordinate(2), coordinate(3)};
+    if (first_look_.classify(cell, workspace.rays) != CellVerdict::blocked) continue;
+    ++tried;
+    succeeded += prove_blocked(cell, workspace);
+  }
+  return succeeded * kOneSucceedsIn < tried;
+}
 
 bool ProvenClassifier::prove_clear(const Cell& cell, Workspace& workspace) const {
   const Shaft shaft = make_shaft(cell);
@@ -82,12 +109,14 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   return false;
 }
 
-// No proof: first rays where a gap would be, then rays all over the cell.
+// No proof: first rays where a gap would be, then rays all over the cell. In foliage there are edges everywhere, and rays
+// all over find as much.
 bool ProvenClassifier::statistically_blocked(const Cell& cell, Workspace& workspace) const {
+  if (rays_alone_) return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked;
   const Shaft shaft = make_shaft(cell);
   silhouette_edges(groups_, surface_, cell, shaft, workspace.path.of(groups_, cell, shaft), kMostEdges, workspace.edges);
   RTCRay16 rays;
-  const uint32_t aimed = aim_rays(cell, options_.seed + 2, workspace.edges, rays);
+  const uint32_t aimed = aim_rays(cell, seed_ + 2, workspace.edges, rays);
   const uint32_t width = tracer_.packet_width();
   for (uint32_t first = 0; first < aimed; first += width) {
     const uint32_t count = std::min(aimed - first, width);
@@ -98,14 +127,24 @@ bool ProvenClassifier::statistically_blocked(const Cell& cell, Workspace& worksp
   return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked;
 }
 
+// Asked once for its sixteen children, one after the other.
+bool ProvenClassifier::parent_blocked(const Cell& parent, Workspace& workspace) const {
+  auto& last = workspace.last_parent;
+  if (!last.known || last.cell != parent)
+    last = {true, parent,
+            first_look_.classify(parent, workspace.rays) == CellVerdict::blocked &&
+                parent_rays_.classify(parent, workspace.rays) == CellVerdict::blocked};
+  return last.blocked;
+}
+
 uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& workspace) const {
   const uint32_t undecided = deepest ? kUnclassified : kDeeper;
+  if (rays_alone_ && deepest && cell.level > 0 && parent_blocked(cell.parent(), workspace)) return kStatisticallyBlocked;
   const CellVerdict look = first_look_.classify(cell, workspace.rays);
   if (look == CellVerdict::mixed) return undecided;
-  ++workspace.proofs;
   if (look == CellVerdict::clear) return prove_clear(cell, workspace) ? kClear : undecided;
-  if (prove_blocked(cell, workspace)) return kBlocked;
-  if (!deepest || options_.statistical_samples == 0) return undecided;
+  if (!rays_alone_ && prove_blocked(cell, workspace)) return kBlocked;
+  if (!deepest || !statistical_tier_) return undecided;
   return statistically_blocked(cell, workspace) ? kStatisticallyBlocked : kUnclassified;
 }
 

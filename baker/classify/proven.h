@@ -13,7 +13,8 @@ namespace vcd {
 
 struct ProvenOptions {
   uint64_t seed = 0;
-  uint32_t statistical_samples = 0;  // 81 or 256: a second tier at the deepest level; 0: proofs only
+  bool statistical_tier = false;  // at the deepest level, where there is no proof
+  uint32_t samples = 0;           // of a cell of that tier: 81 or 256; 0: 81 where rays_alone(), else 256
 };
 
 class ProvenClassifier : public CellClassifier {
@@ -23,18 +24,27 @@ class ProvenClassifier : public CellClassifier {
 
   uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 
+  // Whether proofs of blocked hardly ever succeed, as in foliage and hair, so that with a statistical tier none is tried.
+  bool rays_alone() const { return rays_alone_; }
+  uint32_t samples() const { return samples_; }  // of the statistical tier
+
  private:
+  bool proofs_fail() const;
   bool prove_clear(const Cell& cell, Workspace& workspace) const;
   bool prove_blocked(const Cell& cell, Workspace& workspace) const;
   bool statistically_blocked(const Cell& cell, Workspace& workspace) const;
+  bool parent_blocked(const Cell& parent, Workspace& workspace) const;
 
-  ProvenOptions options_;
+  uint64_t seed_;
+  bool statistical_tier_;
   const Tracer& tracer_;
   size_t triangle_count_;
   SampledClassifier first_look_;
-  SampledClassifier statistical_;
   TriangleGroups groups_;
   Surface surface_;
+  bool rays_alone_;
+  uint32_t samples_;
+  SampledClassifier statistical_, parent_rays_;
 };
 
 }  // namespace vcd

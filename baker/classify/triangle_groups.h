@@ -30,7 +30,7 @@ class TriangleGroups {
 
   // visit(const TriangleCluster&) for each of them until it returns false.
   template <class Visit>
-  void for_each(const Candidates& candidates, const Visit& visit) const {
+  void for_each(std::span<const ClusterMask> candidates, const Visit& visit) const {
     for (const ClusterMask& candidate : candidates)
       for (uint32_t rest = candidate.lanes; rest; rest &= rest - 1)
         if (!visit(clusters_[groups_[candidate.group].first + static_cast<uint32_t>(std::countr_zero(rest))])) return;

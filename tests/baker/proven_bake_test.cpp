@@ -172,6 +172,20 @@ TEST(HybridBake, AddsStatisticallyBlockedCellsAndChangesNoOther) {
   }
 }
 
+TEST(HybridBake, DecidesBlockedByRaysAloneWhereProofsFail) {
+  const auto bake_both = [](const SourceMesh& mesh) {
+    BakeOptions automatic = options(Method::hybrid, kDepth);
+    automatic.samples = 0;
+    return std::pair{must_bake(mesh, options(Method::proven, kDepth)), must_bake(mesh, automatic)};
+  };
+  const auto [proven, hybrid] = bake_both(leaves(kSanitized ? 1000 : 4000));
+  EXPECT_EQ(hybrid.record.method_parameters[0], 81u);
+  EXPECT_EQ(hybrid.record.cells[kClear], proven.record.cells[kClear]);
+  EXPECT_EQ(hybrid.record.cells[kBlocked], 0u);
+  EXPECT_GT(hybrid.record.statistical_cells, 0u);
+  EXPECT_EQ(bake_both(sphere(12, 20)).second.record.method_parameters[0], 256u);
+}
+
 TEST(ProvenBake, KeepsThePromisesOfAShallowerBake) {
   // What a cell of depth 3 promises, all cells inside it promise at depth 4.
   for (const SourceMesh& mesh : {sphere(12, 20), fins(), moebius(), leaves(60)}) {

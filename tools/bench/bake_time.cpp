@@ -19,8 +19,7 @@ struct MethodToTime {
 };
 constexpr MethodToTime kMethods[] = {{"256 samples", Method::sampled, 256},
                                      {"proven", Method::proven, 256},
-                                     {"hybrid, 81 rays", Method::hybrid, 81},
-                                     {"hybrid, 256 rays", Method::hybrid, 256}};
+                                     {"hybrid", Method::hybrid, 0}};
 
 struct TimedBake {
   std::vector<double> seconds;

@@ -366,7 +366,7 @@ std::optional<Configuration> Configuration::parse(const std::string& text) {
   const std::string kind = text.substr(cross + 1);
   Configuration c{static_cast<uint32_t>(text[0] - '0'), Method::sampled, 256};
   if (kind == "proven" || kind == "hybrid") {
-    c.method = kind == "proven" ? Method::proven : Method::hybrid;
+    c.method = kind == "proven" ? Method::proven : Method::hybrid, c.samples = 0;
     return c;
   }
   for (uint32_t samples : {16, 81, 256})

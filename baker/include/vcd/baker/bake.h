@@ -25,7 +25,9 @@ struct BakeProgress {
 struct BakeOptions {
   Method method = Method::hybrid;  // none: nothing is classified, and the file says that a sidecar would not pay
   uint32_t depth = 5;       // 1 … 8; 0: plan() picks it, and whether to bake at all
-  uint32_t samples = 256;   // sampled: rays a cell, 16, 81 or 256; hybrid: those of the statistical tier, 81 or 256
+  // sampled: rays a cell, 16, 81 or 256. hybrid: of a cell of the statistical tier, 81 or 256. 0: 256, but 81 for hybrid
+  // where proofs of blocked hardly ever succeed, as in foliage.
+  uint32_t samples = 0;
   uint64_t seed = 0;
   unsigned threads = 0;     // 0: all
   uint64_t budget_bytes = 0;  // of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan()
