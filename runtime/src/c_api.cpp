@@ -6,6 +6,8 @@
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
 
+#include "array_kernels.h"
+
 // Handles: vcd_sidecar is a vcd::Sidecar with one vcd::Object for each of its objects, whose addresses are the
 // vcd_object handles.
 struct vcd_object {
@@ -35,7 +37,8 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
   if (!options) return result;
   if (options->copy) result.load = vcd::Load::copy;
   if (options->check_bounds_only) result.check = vcd::CheckLevel::bounds;
-  if (options->size >= sizeof *options) result.proven_only = options->proven_only != 0;
+  if (options->size >= offsetof(vcd_open_options, array_kernel)) result.proven_only = options->proven_only != 0;
+  if (options->size >= sizeof *options && options->array_kernel) result.array_kernel = options->array_kernel;
   return result;
 }
 
@@ -78,6 +81,13 @@ const char* vcd_result_string(vcd_result result) {
     case VCD_ERROR_UNSUPPORTED: return "unsupported version or section";
   }
   return "unknown result";
+}
+
+const char* vcd_array_kernel(size_t index) try {
+  const auto kernels = vcd::usable_kernels();
+  return index < kernels.size() ? kernels[index].name : nullptr;
+} catch (...) {
+  return nullptr;
 }
 
 vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error) try {
@@ -134,7 +144,14 @@ vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment
 }
 
 void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers) {
-  for (size_t i = 0; i < count; ++i) answers[i] = static_cast<uint8_t>(vcd_classify(object, &segments[i]));
+  object->object.classify(std::span(reinterpret_cast<const vcd::Segment*>(segments), count),
+                          std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
+}
+
+void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* segments, uint8_t* answers) {
+  const auto& [origin, t_min, direction, t_max, count] = *segments;
+  object->object.classify({{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
+                          std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
 }
 
 }  // extern "C"

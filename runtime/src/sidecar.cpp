@@ -1,58 +1,46 @@
 #include <vcd/runtime/sidecar.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include <vcd/format/contents.h>
 #include <vcd/format/file_bytes.h>
 #include <vcd/format/tree.h>
 
-namespace vcd {
+#include "array_kernels.h"
+#include "object_data.h"
 
-struct ObjectData {
-  GridFrame frame;
-  TreeView tree;
-  const ObjectRecord* record;
-  std::string_view name;
-  // The kernels for the object's depth.
-  Visibility (*classify_one)(const ObjectData&, const Segment&) noexcept;
-  void (*classify_array)(const ObjectData&, std::span<const Segment>, Visibility*) noexcept;
-};
+namespace vcd {
 
 struct Sidecar::State {
   FileBytes file;
   SidecarContents contents;
   std::vector<ObjectData> objects;
+  const char* array_kernel;  // its name
 };
 
 namespace {
 
 // One kernel a depth, so that every shift and mask is a constant.
 template <uint32_t kDepth>
-struct Kernel {
-  static constexpr TreeShape kShape = tree_shape(kDepth);
-  static Visibility one(const ObjectData& data, const Segment& segment) noexcept {
-    return classify(data.frame, data.tree, kShape, segment);
-  }
-  static void array(const ObjectData& data, std::span<const Segment> segments, Visibility* answers) noexcept {
-    for (size_t i = 0; i < segments.size(); ++i)
-      answers[i] = classify(data.frame, data.tree, kShape, segments[i]);
-  }
-};
+Visibility classify_at(const ObjectData& data, const Segment& segment) noexcept {
+  return classify(data.frame, data.tree, tree_shape(kDepth), segment);
+}
+constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint32_t, kDepths...>) {
+  return std::array{&classify_at<kDepths + 1>...};
+}(std::make_integer_sequence<uint32_t, kMaxDepth>());
 
 // For objects that answer nothing.
 Visibility unclassified_one(const ObjectData&, const Segment&) noexcept { return Visibility::unclassified; }
-void unclassified_array(const ObjectData&, std::span<const Segment> segments, Visibility* answers) noexcept {
+void unclassified_segments(const ObjectData&, std::span<const Segment> segments, Visibility* answers) {
   std::fill_n(answers, segments.size(), Visibility::unclassified);
 }
-
-template <uint32_t... kDepths>
-void choose_kernels(ObjectData& data, std::integer_sequence<uint32_t, kDepths...>) {
-  ((data.record->depth == kDepths + 1 &&
-    (data.classify_one = Kernel<kDepths + 1>::one, data.classify_array = Kernel<kDepths + 1>::array)),
-   ...);
+void unclassified_arrays(const ObjectData&, const SegmentArrays& segments, Visibility* answers) {
+  std::fill_n(answers, segments.count, Visibility::unclassified);
 }
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
@@ -68,7 +56,11 @@ Error first_error(const std::string& name, std::span<const Finding> findings) {
 Visibility Object::classify(const Segment& segment) const noexcept { return data_->classify_one(*data_, segment); }
 
 void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
-  data_->classify_array(*data_, segments, answers.data());
+  data_->classify_segments(*data_, segments, answers.data());
+}
+
+void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
+  data_->classify_arrays(*data_, segments, answers.data());
 }
 
 std::string_view Object::name() const noexcept { return data_->name; }
@@ -85,14 +77,21 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   auto contents = read_sidecar(bytes, options.check, findings);
   if (!contents) return first_error(name, findings);
   state->contents = std::move(*contents);
+  const std::vector<ArrayKernels> usable = usable_kernels();
+  const auto named = [&](const ArrayKernels& k) { return options.array_kernel.empty() || options.array_kernel == k.name; };
+  const auto chosen = std::find_if(usable.begin(), usable.end(), named);
+  if (chosen == usable.end()) return Error{ErrorCode::usage, "array kernel \"" + options.array_kernel + "\": this processor has none of that name"};
+  state->array_kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
     ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max), object.tree, object.record,
-                    object.name, nullptr, nullptr};
+                    object.name, unclassified_one, unclassified_segments, unclassified_arrays};
     const auto method = static_cast<Method>(object.record->method);
-    if (method == Method::none || (options.proven_only && method == Method::sampled)) {
-      data.classify_one = unclassified_one, data.classify_array = unclassified_array;
-    } else {
-      choose_kernels(data, std::make_integer_sequence<uint32_t, kMaxDepth>());
+    if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
+      const ArrayKernels& kernels = fits_gathers(data.tree) ? *chosen : usable.back();
+      const size_t depth = object.record->depth - 1u;
+      data.classify_one = kClassifyOne[depth];
+      data.classify_segments = kernels.segments[depth];
+      data.classify_arrays = kernels.arrays[depth];
     }
     if (options.proven_only) {
       data.tree.blocked_answers = TreeView::kProvenAnswers;
@@ -139,6 +138,14 @@ std::optional<Object> Sidecar::find(const std::array<uint8_t, 16>& geometry_hash
   for (const ObjectData& object : state_->objects)
     if (object.record->geometry_hash == geometry_hash) return Object(&object);
   return std::nullopt;
+}
+
+std::string_view Sidecar::array_kernel() const noexcept { return state_->array_kernel; }
+
+std::vector<std::string> array_kernels() {
+  std::vector<std::string> names;
+  for (const ArrayKernels& kernels : usable_kernels()) names.push_back(kernels.name);
+  return names;
 }
 
 const SidecarContents& Sidecar::contents() const noexcept { return state_->contents; }

@@ -18,11 +18,13 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/segment.h>
+#include <vcd/runtime/segment_arrays.h>
 
 namespace vcd {
 
@@ -39,6 +41,7 @@ class Object {
 
   // The same for an array. answers.size() must be at least segments.size(); answers[i] is segments[i]'s.
   void classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept;
+  void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
 
   // Whether the segment is blocked, with `fallback() -> bool` asked for unclassified segments only.
   template <class Fallback>
@@ -74,7 +77,13 @@ struct OpenOptions {
   // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects that
   // were baked by sampling. Costs nothing in a query.
   bool proven_only = false;
+  // What classifies arrays of segments: one of array_kernels(); empty: the fastest.
+  std::string array_kernel = {};
 };
+
+// The kernels that this processor can run, fastest first: "AVX3" (AVX-512), "AVX2", "SSE4" or "NEON", and last
+// "scalar". All give the same answers.
+std::vector<std::string> array_kernels();
 
 class Sidecar {
  public:
@@ -98,6 +107,7 @@ class Sidecar {
   std::optional<Object> find(std::string_view name) const noexcept;
   std::optional<Object> find(const std::array<uint8_t, 16>& geometry_hash) const noexcept;
 
+  std::string_view array_kernel() const noexcept;  // the one in use
   const SidecarContents& contents() const noexcept;  // sections and provenance
 
  private:

@@ -40,6 +40,7 @@ typedef struct vcd_open_options {
   int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
   int proven_only;   /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that were
                       * baked by sampling, are unclassified. Options of a smaller size, without this field, count as 0 */
+  const char* array_kernel; /* what classifies arrays: a name of vcd_array_kernel; NULL, or a smaller size: the fastest */
 } vcd_open_options;
 
 typedef struct vcd_error {
@@ -49,6 +50,9 @@ typedef struct vcd_error {
 
 /* "success", "invalid file", …: a static string for any value. */
 const char* vcd_result_string(vcd_result result);
+
+/* The name of the index-th kernel for arrays that this processor can run, fastest first; NULL past the end. */
+const char* vcd_array_kernel(size_t index);
 
 /* Opens a file. On success *sidecar must be given to vcd_close; on failure it is NULL.
  * path     zero-terminated, in the file system's encoding
@@ -76,8 +80,18 @@ int vcd_object_answers(const vcd_object* object);
 
 vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment);
 
+/* Many segments as structure of arrays; segment i is {origin[0 .. 2][i], t_min[i], direction[0 .. 2][i], t_max[i]}. */
+typedef struct vcd_segment_arrays {
+  const float* origin[3];
+  const float* t_min;
+  const float* direction[3];
+  const float* t_max;
+  size_t count;
+} vcd_segment_arrays;
+
 /* answers[i] gets the vcd_visibility of segments[i], as one byte, for i < count. */
 void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers);
+void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* segments, uint8_t* answers);
 
 #ifdef __cplusplus
 }
