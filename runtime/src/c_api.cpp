@@ -6,7 +6,7 @@
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
 
-#include "array_kernels.h"
+#include "kernels.h"
 
 // Handles: vcd_sidecar is a vcd::Sidecar with one vcd::Object for each of its objects, whose addresses are the
 // vcd_object handles.
@@ -37,8 +37,8 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
   if (!options) return result;
   if (options->copy) result.load = vcd::Load::copy;
   if (options->check_bounds_only) result.check = vcd::CheckLevel::bounds;
-  if (options->size >= offsetof(vcd_open_options, array_kernel)) result.proven_only = options->proven_only != 0;
-  if (options->size >= sizeof *options && options->array_kernel) result.array_kernel = options->array_kernel;
+  if (options->size >= offsetof(vcd_open_options, kernel)) result.proven_only = options->proven_only != 0;
+  if (options->size >= sizeof *options && options->kernel) result.kernel = options->kernel;
   return result;
 }
 
@@ -83,7 +83,7 @@ const char* vcd_result_string(vcd_result result) {
   return "unknown result";
 }
 
-const char* vcd_array_kernel(size_t index) try {
+const char* vcd_kernel(size_t index) try {
   const auto kernels = vcd::usable_kernels();
   return index < kernels.size() ? kernels[index].name : nullptr;
 } catch (...) {
@@ -152,6 +152,27 @@ void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* seg
   const auto& [origin, t_min, direction, t_max, count] = *segments;
   object->object.classify({{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
                           std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
+}
+
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* b, uint64_t* blocked, uint64_t* open) {
+  vcd::QuadBundle bundle{};
+  std::memcpy(bundle.origin, b->origin, sizeof bundle.origin);
+  std::memcpy(bundle.corner, b->corner, sizeof bundle.corner);
+  std::memcpy(bundle.edge_u, b->edge_u, sizeof bundle.edge_u);
+  std::memcpy(bundle.edge_v, b->edge_v, sizeof bundle.edge_v);
+  bundle.u = {b->u, b->count}, bundle.v = {b->v, b->count};
+  const size_t words = (b->count + 63) / 64;
+  object->object.classify(bundle, {blocked, words}, {open, words});
+}
+
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* b, uint64_t* blocked, uint64_t* open) {
+  vcd::SphereBundle bundle{};
+  std::memcpy(bundle.origin, b->origin, sizeof bundle.origin);
+  std::memcpy(bundle.centre, b->centre, sizeof bundle.centre);
+  bundle.radius = b->radius;
+  bundle.x = {b->x, b->count}, bundle.y = {b->y, b->count}, bundle.z = {b->z, b->count};
+  const size_t words = (b->count + 63) / 64;
+  object->object.classify(bundle, {blocked, words}, {open, words});
 }
 
 }  // extern "C"

@@ -6,9 +6,8 @@
 
 #include <vcd/format/layout.h>
 #include <vcd/format/tree.h>
-#include <vcd/runtime/segment_arrays.h>
 
-#include "array_kernels.h"
+#include "kernels.h"
 
 namespace vcd {
 
@@ -17,10 +16,9 @@ struct ObjectData {
   TreeView tree;
   const ObjectRecord* record;
   std::string_view name;
-  // The kernels for the object's depth; null: everything is unclassified.
+  // For the object's depth.
   Visibility (*classify_one)(const ObjectData&, const Segment&) noexcept;
-  ClassifySegments classify_segments;
-  ClassifyArrays classify_arrays;
+  ManyKernels many;
 };
 
 }  // namespace vcd

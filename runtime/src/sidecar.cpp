@@ -11,7 +11,8 @@
 #include <vcd/format/file_bytes.h>
 #include <vcd/format/tree.h>
 
-#include "array_kernels.h"
+#include "bits.h"
+#include "kernels.h"
 #include "object_data.h"
 
 namespace vcd {
@@ -20,7 +21,7 @@ struct Sidecar::State {
   FileBytes file;
   SidecarContents contents;
   std::vector<ObjectData> objects;
-  const char* array_kernel;  // its name
+  const char* kernel;  // its name
 };
 
 namespace {
@@ -42,6 +43,13 @@ void unclassified_segments(const ObjectData&, std::span<const Segment> segments,
 void unclassified_arrays(const ObjectData&, const SegmentArrays& segments, Visibility* answers) {
   std::fill_n(answers, segments.count, Visibility::unclassified);
 }
+template <class Bundle>
+void unclassified_bundle(const ObjectData&, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
+  clear_bits(bundle.size(), blocked, open);
+  for (size_t i = 0; i < bundle.size(); ++i) set_bits(Visibility::unclassified, i, blocked, open);
+}
+constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, unclassified_bundle<QuadBundle>,
+                                       unclassified_bundle<SphereBundle>};
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
   for (const Finding& finding : findings) {
@@ -56,11 +64,19 @@ Error first_error(const std::string& name, std::span<const Finding> findings) {
 Visibility Object::classify(const Segment& segment) const noexcept { return data_->classify_one(*data_, segment); }
 
 void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
-  data_->classify_segments(*data_, segments, answers.data());
+  data_->many.segments(*data_, segments, answers.data());
 }
 
 void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
-  data_->classify_arrays(*data_, segments, answers.data());
+  data_->many.arrays(*data_, segments, answers.data());
+}
+
+void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept {
+  data_->many.quad(*data_, bundle, blocked.data(), open.data());
+}
+
+void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept {
+  data_->many.sphere(*data_, bundle, blocked.data(), open.data());
 }
 
 std::string_view Object::name() const noexcept { return data_->name; }
@@ -77,21 +93,20 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   auto contents = read_sidecar(bytes, options.check, findings);
   if (!contents) return first_error(name, findings);
   state->contents = std::move(*contents);
-  const std::vector<ArrayKernels> usable = usable_kernels();
-  const auto named = [&](const ArrayKernels& k) { return options.array_kernel.empty() || options.array_kernel == k.name; };
+  const std::vector<Kernels> usable = usable_kernels();
+  const auto named = [&](const Kernels& k) { return options.kernel.empty() || options.kernel == k.name; };
   const auto chosen = std::find_if(usable.begin(), usable.end(), named);
-  if (chosen == usable.end()) return Error{ErrorCode::usage, "array kernel \"" + options.array_kernel + "\": this processor has none of that name"};
-  state->array_kernel = chosen->name;
+  if (chosen == usable.end()) return Error{ErrorCode::usage, "kernel \"" + options.kernel + "\": this processor has none of that name"};
+  state->kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
     ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max), object.tree, object.record,
-                    object.name, unclassified_one, unclassified_segments, unclassified_arrays};
+                    object.name, unclassified_one, kUnclassified};
     const auto method = static_cast<Method>(object.record->method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
-      const ArrayKernels& kernels = fits_gathers(data.tree) ? *chosen : usable.back();
+      const Kernels& kernels = fits_gathers(data.tree) ? *chosen : usable.back();
       const size_t depth = object.record->depth - 1u;
       data.classify_one = kClassifyOne[depth];
-      data.classify_segments = kernels.segments[depth];
-      data.classify_arrays = kernels.arrays[depth];
+      data.many = kernels.at_depth[depth];
     }
     if (options.proven_only) {
       data.tree.blocked_answers = TreeView::kProvenAnswers;
@@ -140,11 +155,11 @@ std::optional<Object> Sidecar::find(const std::array<uint8_t, 16>& geometry_hash
   return std::nullopt;
 }
 
-std::string_view Sidecar::array_kernel() const noexcept { return state_->array_kernel; }
+std::string_view Sidecar::kernel() const noexcept { return state_->kernel; }
 
-std::vector<std::string> array_kernels() {
+std::vector<std::string> kernels() {
   std::vector<std::string> names;
-  for (const ArrayKernels& kernels : usable_kernels()) names.push_back(kernels.name);
+  for (const Kernels& kernels : usable_kernels()) names.push_back(kernels.name);
   return names;
 }
 

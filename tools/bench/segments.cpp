@@ -204,10 +204,10 @@ void print(const char* what, const Comparison& c) {
 }  // namespace
 
 int run_segments(const SegmentsOptions& options) {
-  Opened opened{array_kernels(), {}, options.object};
+  Opened opened{kernels(), {}, options.object};
   for (const std::string& kernel : opened.names) {
     OpenOptions open_options;
-    open_options.array_kernel = kernel;
+    open_options.kernel = kernel;
     auto sidecar = Sidecar::open(options.sidecar, open_options);
     if (!sidecar) return print_error(sidecar.error().message), exit_code(sidecar.error().code);
     opened.sidecars.push_back(std::move(*sidecar));

@@ -24,6 +24,7 @@
 #include <vcd/format/error.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/segment.h>
+#include <vcd/runtime/bundle.h>
 #include <vcd/runtime/segment_arrays.h>
 
 namespace vcd {
@@ -42,6 +43,12 @@ class Object {
   // The same for an array. answers.size() must be at least segments.size(); answers[i] is segments[i]'s.
   void classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept;
   void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
+
+  // The same for segments from one point to samples of one light: see <vcd/runtime/bundle.h>. Bit i % 64 of word i / 64 of
+  // `blocked` says that sample i is blocked, of `open` that it is unclassified; neither: clear. Both need (size() + 63) / 64
+  // words; bits past the last sample become 0.
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
 
   // Whether the segment is blocked, with `fallback() -> bool` asked for unclassified segments only.
   template <class Fallback>
@@ -77,13 +84,13 @@ struct OpenOptions {
   // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects that
   // were baked by sampling. Costs nothing in a query.
   bool proven_only = false;
-  // What classifies arrays of segments: one of array_kernels(); empty: the fastest.
-  std::string array_kernel = {};
+  // What classifies arrays and bundles: one of kernels(); empty: the fastest.
+  std::string kernel = {};
 };
 
 // The kernels that this processor can run, fastest first: "AVX3" (AVX-512), "AVX2", "SSE4" or "NEON", and last
 // "scalar". All give the same answers.
-std::vector<std::string> array_kernels();
+std::vector<std::string> kernels();
 
 class Sidecar {
  public:
@@ -107,7 +114,7 @@ class Sidecar {
   std::optional<Object> find(std::string_view name) const noexcept;
   std::optional<Object> find(const std::array<uint8_t, 16>& geometry_hash) const noexcept;
 
-  std::string_view array_kernel() const noexcept;  // the one in use
+  std::string_view kernel() const noexcept;  // the one in use
   const SidecarContents& contents() const noexcept;  // sections and provenance
 
  private:

@@ -40,7 +40,7 @@ typedef struct vcd_open_options {
   int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
   int proven_only;   /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that were
                       * baked by sampling, are unclassified. Options of a smaller size, without this field, count as 0 */
-  const char* array_kernel; /* what classifies arrays: a name of vcd_array_kernel; NULL, or a smaller size: the fastest */
+  const char* kernel; /* what classifies arrays: a name of vcd_kernel; NULL, or a smaller size: the fastest */
 } vcd_open_options;
 
 typedef struct vcd_error {
@@ -52,7 +52,7 @@ typedef struct vcd_error {
 const char* vcd_result_string(vcd_result result);
 
 /* The name of the index-th kernel for arrays that this processor can run, fastest first; NULL past the end. */
-const char* vcd_array_kernel(size_t index);
+const char* vcd_kernel(size_t index);
 
 /* Opens a file. On success *sidecar must be given to vcd_close; on failure it is NULL.
  * path     zero-terminated, in the file system's encoding
@@ -92,6 +92,27 @@ typedef struct vcd_segment_arrays {
 /* answers[i] gets the vcd_visibility of segments[i], as one byte, for i < count. */
 void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers);
 void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* segments, uint8_t* answers);
+
+/* Segments from origin to samples corner + u[i] * edge_u + v[i] * edge_v of one light: <vcd/runtime/bundle.h>. */
+typedef struct vcd_quad_bundle {
+  float origin[3];
+  float corner[3], edge_u[3], edge_v[3];
+  const float *u, *v;
+  size_t count;
+} vcd_quad_bundle;
+
+/* Segments from origin to samples {x[i], y[i], z[i]} in or on a sphere. */
+typedef struct vcd_sphere_bundle {
+  float origin[3];
+  float centre[3], radius;
+  const float *x, *y, *z;
+  size_t count;
+} vcd_sphere_bundle;
+
+/* Bit i % 64 of blocked[i / 64] says that sample i is blocked, of open[i / 64] that it is unclassified; neither: clear. Both
+ * have room for (count + 63) / 64 words. */
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open);
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open);
 
 #ifdef __cplusplus
 }

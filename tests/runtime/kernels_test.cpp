@@ -91,13 +91,13 @@ size_t first_difference(const Object& object, std::span<const Segment> segments,
 void expect_all_kernels_alike(Bytes bytes, const std::string& what, bool all_answers = true) {
   std::array<size_t, 3> seen{};
   for (const bool proven_only : {false, true})
-    for (const std::string& kernel : array_kernels()) {
+    for (const std::string& kernel : kernels()) {
       OpenOptions options;
       options.proven_only = proven_only;
-      options.array_kernel = kernel;
+      options.kernel = kernel;
       const auto sidecar = Sidecar::open_buffer(bytes, options);
       ASSERT_TRUE(sidecar.ok()) << sidecar.error().message;
-      EXPECT_EQ(sidecar->array_kernel(), kernel);
+      EXPECT_EQ(sidecar->kernel(), kernel);
       for (size_t o = 0; o < sidecar->object_count(); ++o) {
         const Object object = sidecar->object(o);
         const auto segments = segments_about(object.record(), 20011);
@@ -113,28 +113,28 @@ void expect_all_kernels_alike(Bytes bytes, const std::string& what, bool all_ans
   for (size_t n : seen) EXPECT_TRUE(!all_answers || n > 100u) << what;
 }
 
-TEST(ArrayKernels, AreListedFastestFirst) {
-  const auto names = array_kernels();
+TEST(Kernels, AreListedFastestFirst) {
+  const auto names = kernels();
   ASSERT_GE(names.size(), 2u);
   EXPECT_EQ(names.back(), "scalar");
   const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / "v2-hybrid2.vcd");
-  EXPECT_EQ(Sidecar::open_buffer(file)->array_kernel(), names.front());
+  EXPECT_EQ(Sidecar::open_buffer(file)->kernel(), names.front());
   OpenOptions options;
-  options.array_kernel = "abacus";
+  options.kernel = "abacus";
   const auto refused = Sidecar::open_buffer(file, options);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::usage);
   EXPECT_NE(refused.error().message.find("abacus"), std::string::npos);
 }
 
-TEST(ArrayKernels, EqualSingleCallsOnTreesOfEveryDepth) {
+TEST(Kernels, EqualSingleCallsOnTreesOfEveryDepth) {
   for (uint32_t depth = 1; depth <= 8; ++depth) {
     const std::string name = "v2-hybrid" + std::to_string(depth) + ".vcd";
     expect_all_kernels_alike(read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name), name);
   }
 }
 
-TEST(ArrayKernels, EqualSingleCallsOnBakedMeshes) {
+TEST(Kernels, EqualSingleCallsOnBakedMeshes) {
   SourceMesh long_box = sphere();
   for (Position& p : long_box.positions) p[0] *= 1e6f, p[2] -= 1e4f;
   const BakedObject objects[] = {must_bake(sphere(), quick(5, 81)), must_bake(leaves(30), quick(4)), must_bake(long_box, quick(3))};
@@ -150,12 +150,12 @@ TEST(ArrayKernels, EqualSingleCallsOnBakedMeshes) {
   expect_all_kernels_alike(sidecar_bytes({&nothing}), "none", false);
 }
 
-TEST(ArrayKernels, TakeAnyCountAndAlignmentAndWriteNothingElse) {
+TEST(Kernels, TakeAnyCountAndAlignmentAndWriteNothingElse) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});
-  for (const std::string& kernel : array_kernels()) {
+  for (const std::string& kernel : kernels()) {
     OpenOptions options;
-    options.array_kernel = kernel;
+    options.kernel = kernel;
     const auto sidecar = Sidecar::open_buffer(bytes, options);
     const Object object = sidecar->object(0);
     const auto segments = segments_about(object.record(), 300);
@@ -173,7 +173,7 @@ TEST(ArrayKernels, TakeAnyCountAndAlignmentAndWriteNothingElse) {
   }
 }
 
-TEST(ArrayKernels, DoNotAllocate) {
+TEST(Kernels, DoNotAllocate) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});
   const auto sidecar = Sidecar::open_buffer(bytes);
@@ -186,16 +186,16 @@ TEST(ArrayKernels, DoNotAllocate) {
   EXPECT_EQ(allocation_count(), before);
 }
 
-TEST(ArrayKernels, InC) {
+TEST(Kernels, InC) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});
   size_t count = 0;
-  while (vcd_array_kernel(count)) ++count;
-  EXPECT_EQ(count, array_kernels().size());
+  while (vcd_kernel(count)) ++count;
+  EXPECT_EQ(count, kernels().size());
   for (size_t k = 0; k < count; ++k) {
     vcd_open_options options{};
     options.size = sizeof options;
-    options.array_kernel = vcd_array_kernel(k);
+    options.kernel = vcd_kernel(k);
     const vcd_sidecar* sidecar = nullptr;
     ASSERT_EQ(vcd_open_buffer(bytes.data(), bytes.size(), &options, &sidecar, nullptr), VCD_SUCCESS);
     const vcd_object* object = vcd_object_at(sidecar, 0);
@@ -216,13 +216,13 @@ TEST(ArrayKernels, InC) {
   }
   vcd_open_options options{};
   options.size = sizeof options;
-  options.array_kernel = "abacus";
+  options.kernel = "abacus";
   const vcd_sidecar* sidecar = nullptr;
   vcd_error error{};
   error.size = sizeof error;
   EXPECT_EQ(vcd_open_buffer(bytes.data(), bytes.size(), &options, &sidecar, &error), VCD_ERROR_USAGE);
   EXPECT_NE(std::string(error.message).find("abacus"), std::string::npos);
-  options.size = offsetof(vcd_open_options, array_kernel);  // from before there was a choice
+  options.size = offsetof(vcd_open_options, kernel);  // from before there was a choice
   EXPECT_EQ(vcd_open_buffer(bytes.data(), bytes.size(), &options, &sidecar, nullptr), VCD_SUCCESS);
   vcd_close(sidecar);
 }

@@ -1,23 +1,21 @@
-// Look-ups a lane: Billen and Dutré 2016, section 5, by the arithmetic of <vcd/format/line_cell.h>.
-#include "array_kernels.h"
-
-// Three kinds of x86-64 are enough: SSE4, AVX2 and AVX-512.
-#ifndef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS HWY_SSSE3
+// Segments through the tree, one a lane. Included once for each kind of processor.
+#if defined(VCD_RUNTIME_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_LANES_INL_H
+#undef VCD_RUNTIME_LANES_INL_H
+#else
+#define VCD_RUNTIME_LANES_INL_H
 #endif
-// This file is compiled once for each kind of processor.
-#undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "array_kernels.cpp"
-#include <hwy/foreach_target.h>
+
 #include <hwy/highway.h>
 
 #include <algorithm>
-#include <cstring>
-#include <utility>
+
+#include <vcd/format/line_cell.h>
+#include <vcd/format/segment.h>
+#include <vcd/runtime/segment_arrays.h>
 
 #include "object_data.h"
 
-#if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128  // single calls are faster than these
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
@@ -71,10 +69,18 @@ HWY_INLINE Lanes load(const SegmentArrays& from, size_t at) {
   return lanes;
 }
 
-// What classify() in <vcd/format/tree.h> knows of a segment before it looks at the tree.
-struct Located {
-  Words slot;     // in the top table
+// What locate() in <vcd/format/line_cell.h> says of lines, one a lane.
+struct Lines {
+  Truth valid;
+  Floats entry, exit;
+  Words pair;
+  Truth swapped;  // they enter by the higher face of the pair
   Words stuv;     // s, t, u, v, one byte each
+};
+
+// What classify() in <vcd/format/tree.h> knows of segments before it looks at the tree.
+struct ToRead {
+  Words slot;     // in the top table
   Words answers;  // by the cell's bits
 };
 
@@ -87,16 +93,14 @@ HWY_INLINE Words row_major_of(Words stuv) {
   return hn::And(hn::Or(pairs, hn::ShiftRight<16 - 2 * kBits>(pairs)), all((1u << 4 * kBits) - 1));
 }
 
-// locate() of <vcd/format/line_cell.h>, a segment a lane: for valid lines the same operations in the same order. What
-// becomes of the others does not matter, but for their slot, which is always one of the table's.
-template <uint32_t kDepth>
-HWY_INLINE Located locate_lanes(const ObjectData& data, const Lanes& lanes) {
-  constexpr TreeShape kShape = tree_shape(kDepth);
+// The same operations in the same order as locate(), for valid lines that hit. Of others pair and stuv are anything that
+// exists.
+HWY_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes) {
   const Floats zero = hn::Zero(F());
   Floats p[3], q[3], near[3], far[3];
   for (int i = 0; i < 3; ++i) {
-    p[i] = hn::Mul(hn::Sub(lanes.origin[i], all(data.frame.min[i])), all(data.frame.scale[i]));
-    q[i] = hn::Mul(lanes.direction[i], all(data.frame.scale[i]));
+    p[i] = hn::Mul(hn::Sub(lanes.origin[i], all(frame.min[i])), all(frame.scale[i]));
+    q[i] = hn::Mul(lanes.direction[i], all(frame.scale[i]));
   }
   const auto norm = [](const Floats(&x)[3]) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x[0]), hn::Abs(x[1])), hn::Abs(x[2])); };
   const Floats distance = norm(p), length = norm(q);
@@ -140,22 +144,25 @@ HWY_INLINE Located locate_lanes(const ObjectData& data, const Lanes& lanes) {
   // Pairs before those whose lower face is `low`: low · (9 − low) / 2; the first of them has high = low + 1.
   const Words pair = hn::Sub(hn::Add(hn::ShiftRight<1>(hn::Mul(low, hn::Sub(all(9u), low))), high), all(1u));
 
-  Located located;
-  located.stuv = hn::Or(hn::Or(hn::ShiftLeft<24>(s), hn::ShiftLeft<16>(t)), hn::Or(hn::ShiftLeft<8>(u), v));
-  const Truth outside = hn::Or(hn::Not(hn::Lt(entry, exit)), hn::Or(hn::Ge(lanes.t_min, exit), hn::Le(lanes.t_max, entry)));
-  const Truth pierces = hn::And(hn::Le(lanes.t_min, entry), hn::Ge(lanes.t_max, exit));
+  const Words stuv = hn::Or(hn::Or(hn::ShiftLeft<24>(s), hn::ShiftLeft<16>(t)), hn::Or(hn::ShiftLeft<8>(u), v));
+  return {valid, entry, exit, pair, swapped, stuv};
+}
+
+template <uint32_t kDepth>
+HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const Lines& lines) {
+  constexpr TreeShape kShape = tree_shape(kDepth);
+  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
+  const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
   // Lines that miss the box, and those that nothing in this tree can answer, read the spare slot.
-  Truth answerable = valid;
-  if (!data.tree.has_clear) answerable = data.tree.has_blocked ? hn::And(valid, hn::Or(outside, pierces)) : hn::And(valid, outside);
-  located.slot = all(kShape.top_words());
-  Words in_table = pair;
+  Truth answerable = lines.valid;
+  if (!tree.has_clear) answerable = hn::And(answerable, tree.has_blocked ? hn::Or(outside, pierces) : outside);
+  Words in_table = lines.pair;
   if constexpr (kShape.top_levels > 0)
-    in_table = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(pair), row_major_of<8 - kShape.top_levels, kShape.top_levels>(located.stuv));
-  located.slot = hn::IfThenElse(hn::RebindMask(U(), hn::AndNot(outside, answerable)), in_table, located.slot);
+    in_table = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(lines.pair), row_major_of<8 - kShape.top_levels, kShape.top_levels>(lines.stuv));
   constexpr uint32_t kNone = 0b10'10'10'10u, kClearOnly = 0b10'10'10'00u;
-  const Words answers = hn::IfThenElse(hn::RebindMask(U(), pierces), all(kClearOnly ^ data.tree.blocked_answers), all(kClearOnly));
-  located.answers = hn::IfThenElse(hn::RebindMask(U(), answerable), answers, all(kNone));
-  return located;
+  const Words answers = hn::IfThenElse(hn::RebindMask(U(), pierces), all(kClearOnly ^ tree.blocked_answers), all(kClearOnly));
+  return {hn::IfThenElse(hn::RebindMask(U(), hn::AndNot(outside, answerable)), in_table, all(kShape.top_words())),
+          hn::IfThenElse(hn::RebindMask(U(), answerable), answers, all(kNone))};
 }
 
 // groups · kWidth segments, at most kChunk, that load_group(i) gives in groups.
@@ -165,10 +172,12 @@ HWY_INLINE void classify_chunk(const ObjectData& data, size_t groups, const Load
   constexpr uint32_t kBrickLow = 8 - kShape.levels;
   HWY_ALIGN uint32_t index[kChunk], stuv[kChunk], table[kChunk];
   for (size_t g = 0; g < groups; ++g) {
-    const Located located = locate_lanes<kDepth>(data, load_group(g));
-    hn::Store(gather(data.tree.top, located.slot), U(), index + g * kWidth);
-    hn::Store(located.stuv, U(), stuv + g * kWidth);
-    hn::Store(located.answers, U(), table + g * kWidth);
+    const Lanes lanes = load_group(g);
+    const Lines lines = locate_lines(data.frame, lanes);
+    const ToRead read = what_to_read<kDepth>(data.tree, lanes, lines);
+    hn::Store(gather(data.tree.top, read.slot), U(), index + g * kWidth);
+    hn::Store(lines.stuv, U(), stuv + g * kWidth);
+    hn::Store(read.answers, U(), table + g * kWidth);
   }
   if constexpr (kShape.has_blocks256) {
     constexpr uint32_t kLow = 8 - kShape.top_levels - 2;
@@ -193,95 +202,7 @@ HWY_INLINE void classify_chunk(const ObjectData& data, size_t groups, const Load
   }
 }
 
-template <uint32_t kDepth>
-void ClassifySegmentsOf(const ObjectData& data, std::span<const Segment> segments, Visibility* answers) {
-  size_t done = 0;
-  while (segments.size() - done >= kWidth) {
-    const size_t groups = std::min(kChunk, segments.size() - done) / kWidth;
-    const Segment* from = segments.data() + done;
-    classify_chunk<kDepth>(data, groups, [&](size_t g) HWY_ATTR { return load(from + g * kWidth); }, answers + done);
-    done += groups * kWidth;
-  }
-  if (done == segments.size()) return;
-  Segment rest[kWidth] = {};
-  Visibility found[kWidth];
-  std::copy(segments.begin() + static_cast<std::ptrdiff_t>(done), segments.end(), rest);
-  classify_chunk<kDepth>(data, 1, [&](size_t) HWY_ATTR { return load(rest); }, found);
-  std::copy_n(found, segments.size() - done, answers + done);
-}
-
-template <uint32_t kDepth>
-void ClassifyArraysOf(const ObjectData& data, const SegmentArrays& segments, Visibility* answers) {
-  size_t done = 0;
-  while (segments.count - done >= kWidth) {
-    const size_t groups = std::min(kChunk, segments.count - done) / kWidth;
-    classify_chunk<kDepth>(data, groups, [&](size_t g) HWY_ATTR { return load(segments, done + g * kWidth); }, answers + done);
-    done += groups * kWidth;
-  }
-  if (done == segments.count) return;
-  Segment rest[kWidth] = {};
-  Visibility found[kWidth];
-  for (size_t i = done; i < segments.count; ++i) rest[i - done] = segment_at(segments, i);
-  classify_chunk<kDepth>(data, 1, [&](size_t) HWY_ATTR { return load(rest); }, found);
-  std::copy_n(found, segments.count - done, answers + done);
-}
-
-template <uint32_t... kDepths>
-ArrayKernels kernels(std::integer_sequence<uint32_t, kDepths...>) {
-  return {hwy::TargetName(HWY_TARGET), {&ClassifySegmentsOf<kDepths + 1>...}, {&ClassifyArraysOf<kDepths + 1>...}};
-}
-ArrayKernels Kernels() { return kernels(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
-
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd
 HWY_AFTER_NAMESPACE();
-#endif
-
-#if HWY_ONCE
-namespace vcd {
-namespace {
-
-// One segment after the other.
-template <uint32_t kDepth>
-void segments_of(const ObjectData& data, std::span<const Segment> segments, Visibility* answers) {
-  for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(data.frame, data.tree, tree_shape(kDepth), segments[i]);
-}
-template <uint32_t kDepth>
-void arrays_of(const ObjectData& data, const SegmentArrays& segments, Visibility* answers) {
-  for (size_t i = 0; i < segments.count; ++i)
-    answers[i] = classify(data.frame, data.tree, tree_shape(kDepth), segment_at(segments, i));
-}
-template <uint32_t... kDepths>
-ArrayKernels scalar_kernels(std::integer_sequence<uint32_t, kDepths...>) {
-  return {"scalar", {&segments_of<kDepths + 1>...}, {&arrays_of<kDepths + 1>...}};
-}
-
-}  // namespace
-
-std::vector<ArrayKernels> usable_kernels() {
-  std::vector<ArrayKernels> usable;
-  [[maybe_unused]] const int64_t supported = hwy::SupportedTargets();
-#if HWY_TARGETS & HWY_AVX3
-  if (supported & HWY_AVX3) usable.push_back(N_AVX3::Kernels());
-#endif
-#if HWY_TARGETS & HWY_AVX2
-  if (supported & HWY_AVX2) usable.push_back(N_AVX2::Kernels());
-#endif
-#if HWY_TARGETS & HWY_SSE4
-  if (supported & HWY_SSE4) usable.push_back(N_SSE4::Kernels());
-#endif
-#if HWY_TARGETS & HWY_NEON
-  if (supported & HWY_NEON) usable.push_back(N_NEON::Kernels());
-#endif
-  usable.push_back(scalar_kernels(std::make_integer_sequence<uint32_t, kMaxDepth>()));
-  return usable;
-}
-
-bool fits_gathers(const TreeView& tree) {
-  constexpr uint64_t kMostWords = uint64_t{1} << 31;
-  return tree.block256_count < kMostWords / kBlock256Words && tree.block16_count < kMostWords / kBlock16Words &&
-         tree.brick_count < kMostWords / (kBrickBytes / 4);
-}
-
-}  // namespace vcd
 #endif

@@ -1,4 +1,4 @@
-// Kernels that classify many segments at once, one set for each kind of processor that they are compiled for.
+// What classifies many segments at once, one set of kernels for each kind of processor that they are compiled for.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 
 #include <vcd/format/segment.h>
 #include <vcd/format/tree.h>
+#include <vcd/runtime/bundle.h>
 #include <vcd/runtime/segment_arrays.h>
 
 namespace vcd {
@@ -17,15 +18,24 @@ struct ObjectData;
 
 using ClassifySegments = void (*)(const ObjectData&, std::span<const Segment>, Visibility*);
 using ClassifyArrays = void (*)(const ObjectData&, const SegmentArrays&, Visibility*);
+using ClassifyQuad = void (*)(const ObjectData&, const QuadBundle&, uint64_t* blocked, uint64_t* open);
+using ClassifySphere = void (*)(const ObjectData&, const SphereBundle&, uint64_t* blocked, uint64_t* open);
 
-struct ArrayKernels {
-  const char* name;  // as array_kernels() in <vcd/runtime/sidecar.h> lists it
-  std::array<ClassifySegments, kMaxDepth> segments;  // by depth - 1
-  std::array<ClassifyArrays, kMaxDepth> arrays;
+// Those for one depth.
+struct ManyKernels {
+  ClassifySegments segments;
+  ClassifyArrays arrays;
+  ClassifyQuad quad;
+  ClassifySphere sphere;
+};
+
+struct Kernels {
+  const char* name;  // as kernels() in <vcd/runtime/sidecar.h> lists it
+  std::array<ManyKernels, kMaxDepth> at_depth;  // depth - 1
 };
 
 // Those that this processor can run, fastest first. The last is the scalar one, which any other equals bit for bit.
-std::vector<ArrayKernels> usable_kernels();
+std::vector<Kernels> usable_kernels();
 
 // Whether the pools are small enough for 32-bit gathers: below 8 GiB each. Else only the scalar kernel will do.
 bool fits_gathers(const TreeView& tree);

@@ -1,0 +1,106 @@
+#include "beam.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace vcd {
+namespace {
+
+using Vec = std::array<double, 3>;
+Vec cross(const Vec& a, const Vec& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+// In the L1 norm of grid units: so far away rounding stays well below the guard band. 64 boxes.
+constexpr float kFarthestBeam = 0x1p14f;
+
+// False for anything that is not finite, too.
+bool near_enough(const GridFrame& frame, const BeamFrame& beam) {
+  float distance = 0, size = 0;
+  for (int a = 0; a < 3; ++a) {
+    distance += std::abs(to_grid(frame, a, beam.origin[a]));
+    size += (std::abs(beam.corner[a]) + std::abs(beam.edge_u[a]) + std::abs(beam.edge_v[a])) * frame.scale[a];
+  }
+  return distance <= kFarthestBeam && size <= kFarthestBeam;
+}
+
+}  // namespace
+
+BeamFrame beam_frame(const GridFrame& frame, const QuadBundle& b) {
+  BeamFrame beam{};
+  for (int a = 0; a < 3; ++a) {
+    beam.origin[a] = b.origin[a];
+    beam.corner[a] = b.corner[a] - b.origin[a];
+    beam.edge_u[a] = b.edge_u[a], beam.edge_v[a] = b.edge_v[a];
+  }
+  beam.reach = 1;
+  beam.usable = near_enough(frame, beam);
+  return beam;
+}
+
+// The square, perpendicular to the line to the centre, that lies just before the sphere and is as wide as it seems there.
+BeamFrame beam_frame(const GridFrame& frame, const SphereBundle& b) {
+  BeamFrame beam{};
+  std::copy_n(b.origin, 3, beam.origin);
+  Vec axis;
+  for (size_t a = 0; a < 3; ++a) axis[a] = double{b.centre[a]} - double{b.origin[a]};
+  const double distance = std::sqrt(dot(axis, axis)), radius = b.radius;
+  if (!(distance > 1.01 * radius && radius >= 0)) return beam;
+  for (double& x : axis) x /= distance;
+  constexpr double kSlack = 0x1p-10;  // for rounding, and for samples that lie a little outside
+  const double height = (distance - radius) * (1 - kSlack);
+  const double half = height * radius / std::sqrt(distance * distance - radius * radius) * (1 + kSlack) + height * 0x1p-20;
+  size_t thinnest = 0;
+  for (size_t a = 1; a < 3; ++a)
+    if (std::abs(axis[a]) < std::abs(axis[thinnest])) thinnest = a;
+  Vec away{};
+  away[thinnest] = 1;
+  Vec first = cross(axis, away);
+  const double length = std::sqrt(dot(first, first));
+  for (double& x : first) x /= length;
+  const Vec second = cross(axis, first);
+  for (size_t a = 0; a < 3; ++a) {
+    beam.corner[a] = static_cast<float>(height * axis[a] - half * (first[a] + second[a]));
+    beam.edge_u[a] = static_cast<float>(2 * half * first[a]), beam.edge_v[a] = static_cast<float>(2 * half * second[a]);
+    beam.axis[a] = static_cast<float>(axis[a]);
+    beam.to_u[a] = static_cast<float>(first[a] * height / (2 * half)), beam.to_v[a] = static_cast<float>(second[a] * height / (2 * half));
+  }
+  beam.reach = (distance + radius) / height * (1 + kSlack);
+  beam.usable = near_enough(frame, beam);
+  return beam;
+}
+
+bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], const float v[2]) {
+  constexpr double kSize = kGrid;
+  Vec origin;
+  std::array<Vec, 4> ray;  // round the parallelogram, in grid units
+  for (size_t a = 0; a < 3; ++a) {
+    const double scale = frame.scale[a];
+    origin[a] = (double{beam.origin[a]} - double{frame.min[a]}) * scale;
+    for (size_t c = 0; c < 4; ++c)
+      ray[c][a] = scale * (beam.corner[a] + double{u[c == 1 || c == 2]} * beam.edge_u[a] + double{v[c >= 2]} * beam.edge_v[a]);
+  }
+  // All on the outer side of one face of the box.
+  for (size_t a = 0; a < 3; ++a) {
+    double low = origin[a], high = origin[a];
+    for (const Vec& r : ray) {
+      const double end = origin[a] + std::max(r[a], r[a] * beam.reach), near_end = origin[a] + std::min(r[a], r[a] * beam.reach);
+      low = std::min(low, near_end), high = std::max(high, end);
+    }
+    if (high <= 0 || low >= kSize) return true;
+  }
+  // Or the box on the outer side of one side of the beam.
+  for (size_t c = 0; c < 4; ++c) {
+    Vec normal = cross(ray[c], ray[(c + 1) % 4]);
+    const double inside = dot(normal, ray[(c + 2) % 4]);
+    if (inside > 0) normal = {-normal[0], -normal[1], -normal[2]};
+    double nearest = 0;
+    for (size_t a = 0; a < 3; ++a) nearest += normal[a] * ((normal[a] > 0 ? 0 : kSize) - origin[a]);
+    if (inside != 0 && nearest > 0) return true;
+  }
+  return false;
+}
+
+}  // namespace vcd
