@@ -10,11 +10,20 @@ std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Rec
                                                    std::array<uint64_t, kSegmentKinds>& all) {
   const auto visit_parts = [&](const auto& visit) {
     for (size_t i = 0; i < recording.size(); ++i) {
-      std::array<std::vector<Segment>, kSegmentKinds> parts;
+      struct Part {
+        std::vector<Segment> segments;
+        std::vector<float> u, v;
+      };
+      std::array<Part, kSegmentKinds> parts;
       const Bundle bundle = recording[i];
-      for (const Segment& s : bundle.segments) parts[static_cast<size_t>(segment_kind(world, bundle, s))].push_back(s);
+      for (size_t k = 0; k < bundle.segments.size(); ++k) {
+        Part& part = parts[static_cast<size_t>(segment_kind(world, bundle, bundle.segments[k]))];
+        part.segments.push_back(bundle.segments[k]);
+        part.u.push_back(bundle.u[k]), part.v.push_back(bundle.v[k]);
+      }
       for (size_t k = 0; k < kSegmentKinds; ++k)
-        if (!parts[k].empty()) visit(k, Bundle{parts[k], bundle.pixel, bundle.surface});
+        if (!parts[k].segments.empty())
+          visit(k, Bundle{parts[k].segments, parts[k].u, parts[k].v, bundle.light, bundle.pixel, bundle.surface});
     }
   };
   all = {};

@@ -24,8 +24,10 @@ constexpr int kTrials = 5;
 }  // namespace
 
 void Recording::append(const Bundle& bundle) {
-  places_.push_back({segments_.size(), bundle.segments.size(), bundle.pixel, bundle.surface});
+  places_.push_back({segments_.size(), bundle.segments.size(), bundle.light, bundle.pixel, bundle.surface});
   segments_.insert(segments_.end(), bundle.segments.begin(), bundle.segments.end());
+  u_.insert(u_.end(), bundle.u.begin(), bundle.u.end());
+  v_.insert(v_.end(), bundle.v.begin(), bundle.v.end());
 }
 
 Recording record(const World& world, RenderSettings settings) {

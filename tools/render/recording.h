@@ -16,16 +16,19 @@ class Recording {
   void append(const Bundle& bundle);
   size_t size() const { return places_.size(); }
   Bundle operator[](size_t i) const {
-    return {std::span(segments_).subspan(places_[i].first, places_[i].count), places_[i].pixel, places_[i].surface};
+    const auto& [first, count, light, pixel, surface] = places_[i];
+    return {std::span(segments_).subspan(first, count), std::span(u_).subspan(first, count), std::span(v_).subspan(first, count),
+            light, pixel, surface};
   }
   uint64_t segment_count() const { return segments_.size(); }
 
  private:
   struct Place {
     size_t first, count;
-    uint32_t pixel, surface;
+    uint32_t light, pixel, surface;
   };
   std::vector<Segment> segments_;
+  std::vector<float> u_, v_;
   std::vector<Place> places_;
 };
 

@@ -110,6 +110,8 @@ class Worker {
         camera_(world, settings),
         strata_(make_strata(settings.light_samples)),
         segments_(settings.light_samples),
+        u_(settings.light_samples),
+        v_(settings.light_samples),
         weights_(settings.light_samples),
         blocked_(settings.light_samples) {}
 
@@ -134,21 +136,23 @@ class Worker {
     const Light& light = world_.lights[light_index];
     const Vec3 origin = point.position + point.normal * world_.shadow_offset;
     const Sample2 j = jitter(settings_.seed, pixel, sample, light_index);
-    const Vec3 shift = light.quad.corner + light.quad.edge_u * (j.x * strata_.size.x) + light.quad.edge_v * (j.y * strata_.size.y);
     size_t count = 0;
     for (const Sample2& corner : strata_.corners) {
-      const Vec3 d = shift + light.quad.edge_u * corner.x + light.quad.edge_v * corner.y - origin;
+      const float u = corner.x + j.x * strata_.size.x, v = corner.y + j.y * strata_.size.y;
+      const Vec3 d = (light.quad.corner - origin) + light.quad.edge_u * u + light.quad.edge_v * v;
       const float at_surface = dot(d, point.normal), at_light = -dot(d, light.quad.normal);
       if (at_surface <= 0 || at_light <= 0) continue;
       const float squared = dot(d, d);
       segments_[count] = {{origin.x, origin.y, origin.z}, 0, {d.x, d.y, d.z}, 1};
+      u_[count] = u, v_[count] = v;
       weights_[count++] = at_surface / squared * (at_light / squared);
     }
     if (count == 0) return {};
     const auto segments = std::span(segments_).first(count);
     if (Beam(segments).may_meet(world_.bounds)) {
       const Clock::time_point start = Clock::now();
-      caster_->cast({segments, pixel, point.surface}, std::span(blocked_).first(count));
+      caster_->cast({segments, std::span(u_).first(count), std::span(v_).first(count), light_index, pixel, point.surface},
+                    std::span(blocked_).first(count));
       shadow_seconds += seconds_between(start, Clock::now());
       shadow_segments += count;
     } else {
@@ -166,6 +170,7 @@ class Worker {
   CameraRays camera_;
   Strata strata_;
   std::vector<Segment> segments_;
+  std::vector<float> u_, v_;  // where on the light they end
   std::vector<float> weights_;
   std::vector<uint8_t> blocked_;
 };

@@ -1,6 +1,7 @@
 // Which shadow rays of a bundle are blocked: by Embree alone, or by sidecars with Embree for what they leave open.
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,8 @@ inline constexpr size_t kMaxBundle = 1024;
 // point to t = 1 at the light, in the world's frame.
 struct Bundle {
   std::span<const Segment> segments;  // 1 … kMaxBundle
+  std::span<const float> u, v;        // where each ends: world.lights[light].quad at corner + u · edge_u + v · edge_v
+  uint32_t light;
   uint32_t pixel;    // that they are cast for
   uint32_t surface;  // that the point lies on: an instance, or kGroundSurface
 };
@@ -55,16 +58,19 @@ class SidecarShadows : public ShadowCaster {
   void look_up(const Bundle& bundle, std::span<Visibility> answers);
 
  private:
-  void look_up_instance(uint32_t instance, const Bundle& bundle, std::span<Visibility> answers);
+  using Bits = std::array<uint64_t, kMaxBundle / 64>;
+
+  // Into blocked_ and open_.
+  void look_up(const Bundle& bundle);
 
   const World& world_;
   std::vector<Object> objects_;
   Packets packets_;
   InstanceTree instances_;
-  // Scratch: segments picked from the bundle, where they stand in it, and what was found of each.
+  // Scratch: what the sidecars say of a bundle's segments, and those that have to be traced.
+  Bits blocked_, open_, instance_blocked_, instance_open_;
   std::vector<Segment> picked_;
   std::vector<uint16_t> places_;
-  std::vector<Visibility> answers_, picked_answers_;
   std::vector<uint8_t> traced_;
 };
 
