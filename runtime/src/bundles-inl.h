@@ -25,16 +25,20 @@ static_assert(kRun % kWidth == 0 && kChunk % kRun == 0);
 
 struct ChunkOfBundle {
   size_t first, count;
-  HWY_ALIGN float u[kBundleChunk], v[kBundleChunk];  // the last sample again up to a whole run
+  const float *u, *v;  // count of them, and the last again up to a whole run
+  HWY_ALIGN float own_u[kBundleChunk], own_v[kBundleChunk];
 };
 
 HWY_INLINE void pad(ChunkOfBundle& chunk) {
-  for (size_t i = chunk.count; i % kRun != 0; ++i) chunk.u[i] = chunk.u[chunk.count - 1], chunk.v[i] = chunk.v[chunk.count - 1];
+  for (size_t i = chunk.count; i % kRun != 0; ++i) chunk.own_u[i] = chunk.own_u[chunk.count - 1], chunk.own_v[i] = chunk.own_v[chunk.count - 1];
+  chunk.u = chunk.own_u, chunk.v = chunk.own_v;
 }
 
 HWY_INLINE void place(const QuadBundle& bundle, const BeamFrame&, ChunkOfBundle& chunk) {
-  std::copy_n(bundle.u.data() + chunk.first, chunk.count, chunk.u);
-  std::copy_n(bundle.v.data() + chunk.first, chunk.count, chunk.v);
+  chunk.u = bundle.u.data() + chunk.first, chunk.v = bundle.v.data() + chunk.first;
+  if (chunk.count % kRun == 0) return;
+  std::copy_n(chunk.u, chunk.count, chunk.own_u);
+  std::copy_n(chunk.v, chunk.count, chunk.own_v);
   pad(chunk);
 }
 // Where the segments cross the square before the sphere.
@@ -44,15 +48,15 @@ HWY_INLINE void place(const SphereBundle& bundle, const BeamFrame& frame, ChunkO
     const float d[3] = {bundle.x[at] - bundle.origin[0], bundle.y[at] - bundle.origin[1], bundle.z[at] - bundle.origin[2]};
     const auto along = [&](const float(&n)[3]) { return d[0] * n[0] + d[1] * n[1] + d[2] * n[2]; };
     const float scale = 1.0f / along(frame.axis);
-    chunk.u[i] = along(frame.to_u) * scale + 0.5f;
-    chunk.v[i] = along(frame.to_v) * scale + 0.5f;
+    chunk.own_u[i] = along(frame.to_u) * scale + 0.5f;
+    chunk.own_v[i] = along(frame.to_v) * scale + 0.5f;
   }
   pad(chunk);
 }
 
 // Segments of one run, a group of kWidth of them.
 HWY_INLINE Lanes group_of(const QuadBundle&, const BeamFrame& frame, const ChunkOfBundle& chunk, size_t at) {
-  const Floats u = hn::Load(F(), chunk.u + at), v = hn::Load(F(), chunk.v + at);
+  const Floats u = hn::LoadU(F(), chunk.u + at), v = hn::LoadU(F(), chunk.v + at);
   Lanes lanes;
   for (int a = 0; a < 3; ++a) {
     lanes.origin[a] = all(frame.origin[a]);
@@ -76,6 +80,26 @@ HWY_INLINE Lanes group_of(const SphereBundle& bundle, const BeamFrame&, const Ch
   lanes.t_min = hn::Zero(F());
   lanes.t_max = all(1.0f);
   return lanes;
+}
+
+// count: a multiple of kRun.
+HWY_INLINE void bounds_of(const float* values, size_t count, float (&bounds)[2]) {
+  Floats low = hn::LoadU(F(), values), high = low;
+  for (size_t i = kWidth; i < count; i += kWidth) {
+    low = hn::Min(low, hn::LoadU(F(), values + i));
+    high = hn::Max(high, hn::LoadU(F(), values + i));
+  }
+  bounds[0] = hn::GetLane(hn::MinOfLanes(F(), low));
+  bounds[1] = hn::GetLane(hn::MaxOfLanes(F(), high));
+}
+
+// Bit i: whether answer i has this bit.
+HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
+  const hn::FixedTag<uint8_t, kRun> bytes;
+  uint8_t bits[8] = {};
+  const auto wanted = hn::Set(bytes, bit);
+  hn::StoreMaskBits(bytes, hn::Eq(hn::And(hn::LoadU(bytes, reinterpret_cast<const uint8_t*>(answers)), wanted), wanted), bits);
+  return static_cast<uint64_t>(bits[0] | bits[1] << 8);
 }
 
 // The four corner lines of each run's rectangle on the light.
@@ -131,16 +155,16 @@ HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, 
   const auto block_run = [&](size_t r) { blocked[(chunk.first + r * kRun) / 64] |= bits_from(chunk.first + r * kRun, in_run(r)); };
   size_t undecided[kRuns], count = 0;
   if (frame.usable) {
+    float u_bounds[2], v_bounds[2];
+    bounds_of(chunk.u, runs * kRun, u_bounds);
+    bounds_of(chunk.v, runs * kRun, v_bounds);
+    if (misses(data.frame, frame, u_bounds, v_bounds)) return;
     HWY_ALIGN float u[4 * kRuns], v[4 * kRuns];
-    float u_range[2], v_range[2];
     for (size_t r = 0; r < runs; ++r) {
-      const auto [u0, u1] = std::minmax_element(chunk.u + r * kRun, chunk.u + (r + 1) * kRun);
-      const auto [v0, v1] = std::minmax_element(chunk.v + r * kRun, chunk.v + (r + 1) * kRun);
-      for (size_t c = 0; c < 4; ++c) u[4 * r + c] = c & 1 ? *u1 : *u0, v[4 * r + c] = c & 2 ? *v1 : *v0;
-      u_range[0] = r == 0 ? *u0 : std::min(u_range[0], *u0), u_range[1] = r == 0 ? *u1 : std::max(u_range[1], *u1);
-      v_range[0] = r == 0 ? *v0 : std::min(v_range[0], *v0), v_range[1] = r == 0 ? *v1 : std::max(v_range[1], *v1);
+      bounds_of(chunk.u + r * kRun, kRun, u_bounds);
+      bounds_of(chunk.v + r * kRun, kRun, v_bounds);
+      for (size_t c = 0; c < 4; ++c) u[4 * r + c] = u_bounds[c & 1], v[4 * r + c] = v_bounds[c >> 1];
     }
-    if (misses(data.frame, frame, u_range, v_range)) return;
     for (size_t i = 4 * runs; i % kWidth != 0; ++i) u[i] = u[0], v[i] = v[0];
     Corners corners;
     locate_corners(data, frame, u, v, (4 * runs + kWidth - 1) / kWidth * kWidth, corners);
@@ -161,9 +185,12 @@ HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, 
     classify_chunk<kDepth>(data, some * kGroups, [&](size_t g) HWY_ATTR {
       return group_of(bundle, frame, chunk, undecided[first + g / kGroups] * kRun + g % kGroups * kWidth);
     }, answers);
-    for (size_t k = 0; k < some; ++k)
-      for (size_t i = 0; i < in_run(undecided[first + k]); ++i)
-        set_bits(answers[k * kRun + i], chunk.first + undecided[first + k] * kRun + i, blocked, open);
+    for (size_t k = 0; k < some; ++k) {
+      const size_t at = chunk.first + undecided[first + k] * kRun;
+      const uint64_t real = (uint64_t{1} << in_run(undecided[first + k])) - 1;
+      blocked[at / 64] |= (bits_of_run(answers + k * kRun, 1) & real) << (at % 64);
+      open[at / 64] |= (bits_of_run(answers + k * kRun, 2) & real) << (at % 64);
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstdio>
 
 #include <embree3/rtcore.h>
@@ -72,7 +73,8 @@ class Bench {
   Bench(const Opened& opened, RTCScene scene, int repetitions) : opened_(opened), scene_(scene), repetitions_(repetitions) {}
 
   // fallback: the packets for what look-ups of arrays leave open; chosen on other segments than these.
-  Comparison compare(const std::vector<Segment>& segments, Packets fallback) const;
+  // bundles: the same segments in the same order, or nothing.
+  Comparison compare(const std::vector<Segment>& segments, Packets fallback, std::span<const QuadBundle> bundles = {}) const;
 
   // Embree's fastest way through these segments.
   Packets fastest_way(const std::vector<Segment>& segments) const {
@@ -103,7 +105,7 @@ class Bench {
   int repetitions_;
 };
 
-Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback) const {
+Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback, std::span<const QuadBundle> bundles) const {
   Comparison result;
   result.segments = segments.size();
   const Object single = object(0);
@@ -139,6 +141,11 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
                             object(k).classify(columns.part(first, part.size()), answers);
                           });
                         }});
+  for (size_t k = 0; k < opened_.names.size() && !bundles.empty(); ++k)
+    variants.push_back({opened_.names[k] + ", bundles", [&, k] {
+                          uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
+                          for (const QuadBundle& bundle : bundles) object(k).classify(bundle, blocked, open);
+                        }});
   const size_t first_whole = variants.size();
   variants.push_back({"single calls, then rtcOccluded1", [&] {
                         RTCIntersectContext context;
@@ -165,6 +172,20 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
                           trace(scene_, fallback, std::span(left).first(count), blocked);
                         });
                       }});
+  if (!bundles.empty())
+    variants.push_back({opened_.names[0] + " bundles, then " + fallback.name(), [&] {
+                          uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
+                          std::array<Segment, kLightSamples> left;
+                          uint8_t traced[kLightSamples];
+                          for (size_t b = 0; b < bundles.size(); ++b) {
+                            single.classify(bundles[b], blocked, open);
+                            size_t count = 0;
+                            for (size_t w = 0; w < std::size(open); ++w)
+                              for (uint64_t rest = open[w]; rest; rest &= rest - 1)
+                                left[count++] = segments[b * kLightSamples + 64 * w + static_cast<size_t>(std::countr_zero(rest))];
+                            trace(scene_, fallback, std::span(left).first(count), traced);
+                          }
+                        }});
   const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
   const auto part = [&](size_t from, size_t to) { return std::vector<Timing>(timings.begin() + static_cast<std::ptrdiff_t>(from), timings.begin() + static_cast<std::ptrdiff_t>(to)); };
   result.embree = part(0, first_look_up);
@@ -223,7 +244,8 @@ int run_segments(const SegmentsOptions& options) {
   const auto measured = [&](const auto& segments_of) {
     return bench.compare(segments_of(options.points, 7), bench.fastest_way(segments_of(options.points / 8 + 1, 1007)));
   };
-  const auto shadow = measured([&](size_t points, uint64_t seed) { return shadow_rays(mesh, points, 128, seed); });
+  const LightBundles rays = shadow_rays(mesh, options.points, 7);
+  const auto shadow = bench.compare(rays.segments, bench.fastest_way(shadow_rays(mesh, options.points / 8 + 1, 1007).segments), rays.bundles);
   const auto bundles = measured([&](size_t points, uint64_t seed) { return piercing_bundles(mesh, points / 32 + 1, 128, seed); });
   const auto chords = measured([&](size_t points, uint64_t seed) { return audit_segments(mesh, AuditKind::chords, seed, points * 128); });
   if (options.format == OutputFormat::json) {

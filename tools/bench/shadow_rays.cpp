@@ -6,7 +6,7 @@
 
 namespace vcd {
 
-std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t samples, uint64_t seed) {
+LightBundles shadow_rays(const PreparedMesh& mesh, size_t points, uint64_t seed) {
   std::mt19937_64 random(seed);
   const auto uniform = [&] { return std::generate_canonical<double, 53>(random); };
   double center[3], size[3];
@@ -15,27 +15,31 @@ std::vector<Segment> shadow_rays(const PreparedMesh& mesh, size_t points, size_t
     size[a] = static_cast<double>(mesh.box_max[a]) - mesh.box_min[a];
   }
   const double width = std::max({size[0], size[1], size[2]});
+  const auto light_width = static_cast<float>(0.6 * width);
   const double light[3] = {center[0] + 0.7 * width, center[1] + 0.5 * size[1] + 1.5 * width, center[2] + 0.3 * width};
-  const auto side = static_cast<size_t>(std::sqrt(static_cast<double>(samples)));
 
-  std::vector<Segment> segments;
+  LightBundles rays;
+  rays.u.reserve(points * kLightSamples), rays.v.reserve(points * kLightSamples);
   for (size_t p = 0; p < points; ++p) {
     const double point[3] = {center[0] + (2 * uniform() - 1.5) * width, mesh.box_min[1] - 0.01 * size[1],
                              center[2] + (2 * uniform() - 1) * width};
-    for (size_t s = 0; s < samples; ++s) {
-      const double u = (static_cast<double>(s % side) + uniform()) / static_cast<double>(side);
-      const double v = (static_cast<double>(s / side % side) + uniform()) / static_cast<double>(side);
-      const double target[3] = {light[0] + 0.6 * width * (u - 0.5), light[1], light[2] + 0.6 * width * (v - 0.5)};
-      Segment segment{};
-      for (int a = 0; a < 3; ++a) {
-        segment.origin[a] = static_cast<float>(point[a]);
-        segment.direction[a] = static_cast<float>(target[a] - point[a]);
-      }
-      segment.t_max = 1;
-      segments.push_back(segment);
+    // Strata of a grid of sixteen by eight, a block of four by four after the other.
+    for (size_t s = 0; s < kLightSamples; ++s) {
+      const size_t block = s / 16, column = block % 4 * 4 + s % 4, row = block / 4 * 4 + s / 4 % 4;
+      rays.u.push_back(static_cast<float>((static_cast<double>(column) + uniform()) / 16));
+      rays.v.push_back(static_cast<float>((static_cast<double>(row) + uniform()) / 8));
     }
+    QuadBundle bundle{};
+    for (int a = 0; a < 3; ++a) {
+      bundle.origin[a] = static_cast<float>(point[a]);
+      bundle.corner[a] = static_cast<float>(light[a]) - (a == 1 ? 0 : light_width / 2);
+    }
+    bundle.edge_u[0] = bundle.edge_v[2] = light_width;
+    bundle.u = std::span(rays.u).last(kLightSamples), bundle.v = std::span(rays.v).last(kLightSamples);
+    rays.bundles.push_back(bundle);
+    for (size_t s = 0; s < kLightSamples; ++s) rays.segments.push_back(segment_of(bundle, s));
   }
-  return segments;
+  return rays;
 }
 
 std::vector<Segment> piercing_bundles(const PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed) {
