@@ -95,7 +95,7 @@ Octree blank_octree(uint32_t depth) {
   unclassified.bricks.assign(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)), 2u);
   DagBuilder dag(depth);
   for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(unclassified);
-  return {dag.take(), 0};
+  return {dag.take()};
 }
 
 constexpr uint32_t kDefaultSamples = 256;
@@ -208,6 +208,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   auto octree = build_octree(source, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
   object.rays = octree->rays;
+  object.seconds_above = octree->seconds_above;
   object.out_of_time = Clock::now() > source.deadline;
   object.bytes_before_demotion = tree_bytes(octree->tree.view());
   if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads, &object.cells_demoted);

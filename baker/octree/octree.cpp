@@ -1,6 +1,7 @@
 #include "octree.h"
 
 #include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -53,7 +54,9 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
   const TreeShape shape = tree_shape(source.depth);
   const uint32_t total = shape.top_words();
   Workspaces workspaces;
+  const auto start = std::chrono::steady_clock::now();
   const Ancestors ancestors(source, shape, workspaces);
+  const double seconds_above = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   DagBuilder dag(source.depth);
   uint64_t rays = 0;
   for (Workspace& workspace : workspaces) rays += std::exchange(workspace.rays, 0);
@@ -96,7 +99,7 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
                                           tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
                                           tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
   if (done < total || stopped()) return std::nullopt;
-  return Octree{dag.take(), rays};
+  return Octree{dag.take(), rays, seconds_above};
 }
 
 }  // namespace

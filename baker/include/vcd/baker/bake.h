@@ -61,6 +61,7 @@ class BakedObject {
   std::optional<Plan> plan;  // if the depth was left to it
   uint64_t rays = 0;
   double seconds = 0;        // of classifying and merging
+  double seconds_above = 0;  // of that, for the cells above the top table, which `one_in` does not thin out
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so
   bool out_of_time = false;  // some cells were not classified
