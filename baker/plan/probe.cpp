@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <random>
 
 #include <vcd/baker/audit.h>
@@ -20,6 +21,7 @@ constexpr double kProbeShare = 0.15;  // of the seconds that there are, for the 
 constexpr double kLookUpSeconds = 14e-9;  // of one segment: spec/design.md, "What a look-up costs"
 constexpr uint32_t kLevels = 9;           // 0 … 8
 constexpr uint32_t kLeastDepth = 3;
+constexpr uint32_t kComparedPaths = 150, kLeastCompared = 2, kMostCompared = 4;  // how often, and at which levels, bricks are compared
 
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -34,7 +36,19 @@ struct LevelSums {
   double as_leaves_seconds = 0;      // what the undecided ones would cost beyond that as cells of the deepest level
   double as_leaves_blocked = 0;      // and how many would be statistically blocked
   std::array<double, 2> dull = {};   // undecided cells whose sixteen children, and whose 256 grandchildren, are all undecided
+  double compared = 0, repeated = 0;  // undecided cells, as bricks; those that equal one before them
 };
+
+// The cell of the same lines moved one cell towards the beginning of an axis; none where a face would have to move.
+std::optional<Cell> previous(const Cell& cell, uint32_t axis) {
+  Cell before = cell;
+  const FaceAxes low = face_axes(kFacePair[cell.pair].low), high = face_axes(kFacePair[cell.pair].high);
+  if (low.normal == axis || high.normal == axis) return std::nullopt;
+  uint32_t& first = low.first == axis ? before.s : before.t;
+  uint32_t& second = high.first == axis ? before.u : before.v;
+  if (first-- == 0 || second-- == 0) return std::nullopt;
+  return before;
+}
 
 class Probe {
  public:
@@ -47,7 +61,7 @@ class Probe {
     uint32_t paths = 0;
     while (paths < most && !(options_.stop && options_.stop()) && since(start) < kProbeShare * options_.budget_seconds) walk(paths++);
     for (LevelSums& l : levels_)
-      for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked, &l.dull[0], &l.dull[1]})
+      for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked, &l.dull[0], &l.dull[1], &l.compared, &l.repeated})
         *sum /= std::max(paths, 1u);
   }
 
@@ -65,7 +79,9 @@ class Probe {
     const TreeShape shape = tree_shape(depth);
     const auto mixed = [&](uint32_t level) { return static_cast<uint64_t>(levels_[level].undecided); };
     const uint32_t brick_level = shape.levels - 2;
-    const double bricks = depth < 2 ? kFacePairs : levels_[brick_level].undecided - levels_[brick_level].dull[1];
+    double bricks = depth < 2 ? kFacePairs : levels_[brick_level].undecided - levels_[brick_level].dull[1];
+    const LevelSums& seen = levels_[std::min(brick_level, kMostCompared)];
+    if (seen.compared > 0) bricks *= 1 - seen.repeated / seen.compared;
     return shape.bytes(shape.has_blocks256 ? kUniformBlocks + mixed(shape.top_levels) : 0,
                        shape.has_blocks16 ? kUniformBlocks + mixed(brick_level - 1) : 0,
                        kUniformBlocks + static_cast<uint64_t>(bricks));
@@ -103,17 +119,38 @@ class Probe {
       level.undecided += weight * static_cast<double>(open.size());
       above.dull[0] += open.size() == 16 ? weight : 0;
       above.dull[1] += open.size() == 16 && cell.level + 2 <= options_.deepest && all_undecided(open) ? weight : 0;
+      if (cell.level >= kLeastCompared && cell.level <= kMostCompared && path < kComparedPaths && cell.level + 2 <= options_.deepest) {
+        above.compared += weight;
+        for (uint32_t axis = 0; axis < 3; ++axis)
+          if (const auto before = previous(cell, axis); before && same_brick(cell, *before)) {
+            above.repeated += weight;
+            break;
+          }
+      }
       if (open.empty()) return;
       cell = open[random() % open.size()];
       weight *= static_cast<double>(open.size());
-      // What all sixteen siblings share is paid by the first of them only.
-      double first = 0, next = 0, as_node = 0;
+      // What all sixteen siblings share is paid by the first of them only. The least of two times: the machine may be shared.
+      double first = 0, next = 0, again = 0, as_node = 0, once_more = 0;
       const uint32_t leaf = classify(cell, true, first);
-      classify(cell, true, next);
-      classify(cell, false, as_node);
-      level.as_leaves_seconds += weight * (next + (first - next) / 16 - as_node);
+      classify(cell, true, next), classify(cell, true, again);
+      classify(cell, false, as_node), classify(cell, false, once_more);
+      next = std::min(next, again), as_node = std::min(as_node, once_more);
+      level.as_leaves_seconds += weight * (next + std::max(first - next, 0.0) / 16 - as_node);
       level.as_leaves_blocked += leaf == kStatisticallyBlocked ? weight : 0;
     }
+  }
+
+  // Bricks that are equal are stored once; most that are stand side by side, along an edge or a flat part.
+  bool same_brick(const Cell& a, const Cell& b) {
+    for (uint32_t i = 0; i < 16; ++i) {
+      const Cell x = a.child(i), y = b.child(i);
+      const uint32_t value = classifier_.classify(x, false, workspace_);
+      if (classifier_.classify(y, false, workspace_) != value) return false;
+      for (uint32_t j = 0; j < 16 && value == kDeeper; ++j)
+        if (classifier_.classify(x.child(j), true, workspace_) != classifier_.classify(y.child(j), true, workspace_)) return false;
+    }
+    return true;
   }
 
   bool all_undecided(const std::vector<Cell>& cells) {
