@@ -175,7 +175,10 @@ int main(int argc, char** argv) {
     if (bake->parsed()) return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
     if (stability->parsed()) {
       options.stability.folder = options.folder, options.stability.quick = options.quick;
-      return run_stability(options.stability, command, options.common.format);
+      const int code = run_stability(options.stability, command, options.common.format);
+      if (!std::filesystem::exists(std::filesystem::path(options.folder) / "results.json")) return code;
+      const int page = write_report(options.folder);  // the sweeps are a section of the pictures' report
+      return code != kExitOk ? code : page;
     }
     if (time->parsed()) return run_bake_time(options.mesh, options.bake_time, options.repetitions, options.common.format);
     if (report->parsed()) return write_report(options.folder);

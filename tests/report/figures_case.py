@@ -32,13 +32,13 @@ class Figures(PageCase):
                 self.assertEqual(seen["head"], row["label"])
                 self.assertEqual(len(seen["cells"]), len(table["columns"]))
                 for column, (exact, text) in zip(table["columns"], seen["cells"]):
-                    compared += self.check_cell(row[column["key"]], column["format"], exact, text)
+                    compared += self.check_cell(row[column["key"]], column["format"], exact, text, table.get("absent", "not run"))
         self.assertGreater(compared, 2000)
         self.assert_measured(shown)
 
-    def check_cell(self, value, kind, exact, text):
+    def check_cell(self, value, kind, exact, text, absent):
         if value is None:
-            self.assertEqual((exact, text), (None, "not run"))
+            self.assertEqual((exact, text), (None, absent))
         elif kind == "flag":
             self.assertEqual(text, "yes" if value else "no")
         elif kind == "text":
@@ -65,7 +65,7 @@ class Figures(PageCase):
 
     def test_every_configuration_is_a_point_in_its_place(self):
         charts = {c["id"]: c for c in self.browser.ask(page_browser.CENTRES)}
-        self.assertEqual(charts.keys(), {f"chart-{c['id']}" for c in self.report["charts"]})
+        self.assertEqual(charts.keys(), {f"chart-{c['id']}" for c in self.report["charts"] + self.report["stability"]["charts"]})
         need = {"speedup": ("shadow_seconds", "wrong_rate"), "bake": ("bake_seconds", "wrong_rate"), "memory": ("memory_bytes", "segments")}
         for kind, keys in need.items():
             for scene in (s for s in self.data["scenes"] if s["variants"]):
@@ -74,6 +74,7 @@ class Figures(PageCase):
                 self.assertEqual({p["id"] for p in chart["points"]}, run_.keys())
                 for p in chart["points"]:
                     self.assertEqual((float(p["data"]["x"]), float(p["data"]["y"])), self.expected(kind, scene, run_[p["id"]]))
+                    self.assertEqual(p["data"]["method"], run_[p["id"]].get("method", "sampled"))
                 self.check_axis(chart, "x", 0, chart["xScale"])
                 self.check_axis(chart, "y", 1, chart["yScale"])
         for scene in (s for s in self.data["scenes"] if s["kinds"]):
@@ -94,7 +95,7 @@ class Figures(PageCase):
         """A line through (value, pixel) of the points must meet each point, and each tick's label, which must say its value."""
         value = (lambda v: v) if scale == "linear" else math.log10
         pairs = [(float(p["data"][axis]), p["at"][index]) for p in chart["points"]]
-        zeros = [pixel for v, pixel in pairs if v == 0]
+        zeros = [(p["data"]["method"], p["at"][index]) for p, (v, _) in zip(chart["points"], pairs) if v == 0]
         pairs = [(value(v), pixel) for v, pixel in pairs if v != 0]
         n, mx, my = len(pairs), sum(a for a, _ in pairs) / len(pairs), sum(b for _, b in pairs) / len(pairs)
         slope = sum((a - mx) * (b - my) for a, b in pairs) / sum((a - mx) ** 2 for a, _ in pairs)
@@ -122,11 +123,15 @@ class Figures(PageCase):
         """Zero has a place of its own beyond every value, under its label."""
         label = [t["at"][index] for t in chart["ticks"] if t["text"] == "0 seen" and t["data"]["axis"] == axis]
         self.assertEqual(len(label), 1 if scale == "rate" else 0)
-        for pixel in zeros:
-            self.assertAlmostEqual(pixel, label[0], delta=2)
-            self.assertTrue(pixel < min(ticks) - 15 if axis == "x" else pixel > max(ticks) + 15)
-        expected = 3 if scale == "rate" and chart["id"].endswith("killeroo") else 0
-        self.assertEqual(len(zeros), expected)
+        present = [m for m in ("proven", "hybrid", "sampled") if any(p["data"].get("method") == m for p in chart["points"])]
+        for method, pixel in zeros:  # a lane a method, from the axis on
+            lane = (present.index(method) + 0.5) / len(present) - 0.5
+            scale_ = chart["box"][2] / 380
+            self.assertAlmostEqual(pixel, label[0] + lane * 38 * scale_ * (1 if axis == "x" else -1), delta=2)
+            self.assertTrue(pixel < min(ticks) - 6 if axis == "x" else pixel > max(ticks) + 6)
+        self.assertEqual(len(zeros), sum(float(p["data"][axis]) == 0 for p in chart["points"]) if scale == "rate" else 0)
+        if scale == "rate":
+            self.assertEqual(len(zeros), {"killeroo": 6, "hairball": 3}.get(chart["id"].split("-")[2], 0) if "speedup" in chart["id"] else len(zeros))
 
     def test_no_wrong_ray_seen_shows_the_bound(self):
         tips = {p["id"]: p["tip"] for c in self.browser.ask(page_browser.CENTRES) for p in c["points"]}

@@ -6,6 +6,7 @@ import zlib
 
 DEPTHS, SAMPLES = (5, 6, 7), (16, 81, 256)
 KINDS = ("missing", "piercing", "own", "inside")
+PROVED = {"killeroo": ("proven", "hybrid"), "sierpinski": ("hybrid",), "hairball": ("proven", "hybrid"), "forest": ("proven",)}
 TITLES = {"killeroo": "Killeroo", "sierpinski": "Sierpinski", "hairball": "Hair <ball> & \"co\"", "forest": "Forest"}
 
 
@@ -49,6 +50,18 @@ def variant(rng, name, depth, samples, bvh_shadow, gain):
         "images": {view: f"images/{name}-{id_}-{view}.png" for view in ("shaded", "tests", "fallback", "difference")}}
 
 
+def proved(name, depth, method, bvh_shadow, gain):
+    """Proven trees see no wrong ray, but are slow in the hairball; hybrid ones see some, in the pyramid more than any sampled."""
+    rng = random.Random(name + method + str(depth))
+    made = variant(rng, name, depth, 81, bvh_shadow, gain * (1.1 if method == "hybrid" else 0.7 if name == "hairball" else 0.98))
+    wrong = 0 if method == "proven" else 90_000 if name == "sierpinski" else 200 * depth
+    del made["samples"], made["images"]
+    bound = (wrong + 3 + 1.65 * wrong ** 0.5) / made["segments"]
+    made.update({"id": f"d{depth}-{method}", "method": method, "wrong": wrong, "wrong_resolved": wrong, "wrong_rate": wrong / made["segments"],
+                 "wrong_bound_95": bound})
+    return made
+
+
 def kind(rng, name, variants):
     embree = rng.uniform(150, 700)
     ways = [{"name": f"rtcOccluded{w}{c}", "ns": timing(embree * f, rng)} for w, c, f in ((1, "", 1.6), (8, "", 1.1), (16, ", coherent", 1.0))]
@@ -64,6 +77,9 @@ def scene(name, gain):
     rng = random.Random(name)
     bvh = rng.uniform(2, 6)
     configurations = [variant(rng, name, d, n, bvh, gain) for d in DEPTHS for n in SAMPLES]
+    for v in configurations[len(SAMPLES):]:
+        v["method"] = "sampled"  # the first have none, as in earlier results
+    rest = [proved(name, d, m, bvh, gain) for m in PROVED[name] for d in DEPTHS]
     return {
         "name": name, "title": TITLES[name], "source": f"{name}.ply", "status": "complete", "triangles": 33264, "instances": 1,
         "placed_triangles": 33264, "objects": 1, "lights": 1, "bvh": {"build_seconds": 0.1, "memory_bytes": 8_000_000},
@@ -71,11 +87,11 @@ def scene(name, gain):
         "variants": [
             {"id": "bvh", "label": "BVH", "render_seconds": timing(bvh + 1.2, rng), "shadow_seconds": timing(bvh, rng), "tests": 303_800_000,
              "images": {view: f"images/{name}-bvh-{view}.png" for view in ("shaded", "tests")}},
-            *configurations,
+            *configurations, *rest,
             {"id": "bvh-single", "label": "BVH, ray by ray", "render_seconds": timing(bvh * 2 + 1.2, rng), "shadow_seconds": timing(bvh * 2, rng)},
             {"id": "blank", "label": "all cells unclassified", "render_seconds": timing(bvh * 1.04 + 1.2, rng),
              "shadow_seconds": timing(bvh * 1.04, rng), "identical_image": True}],
-        "kinds": [kind(rng, k, configurations) for k in KINDS]}
+        "kinds": [kind(rng, k, configurations + rest) for k in KINDS]}
 
 
 def results():
@@ -98,11 +114,50 @@ def results():
         "scenes": scenes}
 
 
-def write(folder, data=None):
-    """results.json and every image that it names."""
+METHODS = ("proven", "hybrid", "sampled", "embree", "embree_robust")
+REASON = "mesh 0 \"sphere\": its box is <too large> & no float"
+
+
+def counted(*pairs):
+    return {m: {"wrong": wrong, "resolved": resolved} for m, (wrong, resolved) in zip(METHODS, pairs)}
+
+
+def stability():
+    """Each kind of scale, a refusal in the midst and at the end, points without an answer, all rates from none to all."""
+    origin = [{"x": 10.0 ** e, "rays": 2000, "blocked": 1484,
+               "results": counted((0, 1305 if e < 3 else 0), (0, 1321 if e < 3 else 0), (1 + e, 1348 if e < 3 else 0) if e < 3 else (0, 0),
+                                  (0 if e < 4 else 7 * e, 2000), (0 if e < 4 else 13 * e, 2000))} for e in range(8)]
+    scale = [{"x": 10.0 ** e, "rays": 2000, "blocked": 1490,
+              "results": counted((0, 1740), (int(e == 10), 1759), (2, 1788), (1484 if e < -20 else 0, 2000), (1484 if e < -20 else 0, 2000))}
+             for e in range(-30, 31, 5)]
+    for point in (scale[4], scale[11], scale[12]):
+        point["refused"] = {m: REASON for m in METHODS[:3]}
+        point["results"] = {m: point["results"][m] for m in METHODS[3:]} if point is scale[4] else {}
+    tilt = [{"x": 5 * i - 10, "rays": 20000, "blocked": 900, "results": counted((0, 18000), (i, 18100), (10 * i, 18500), (0, 20000), (2, 20000))}
+            for i in range(5)]
+    names = ["along an axis", "in a face of the box", "in a triangle's plane", "from just off it", "through both ends of an edge, <then> some"]
+    segments = [{"x": name, "rays": 2000, "blocked": 700, "results": counted((0, 1449), (11, 1460), (132, 1615), (0, 2000), (0, 2000))}
+                for name in names]
+    segments[3]["results"] = counted((0, 0), (0, 0), (1, 1), (0, 2000), (0, 2000))
+    segments[4].update(results={}, refused={"proven": "too thin", "hybrid": "too thin", "sampled": "its own reason"})
+    return {
+        "tool": "vc-bench stability", "version": "0.1.0", "command": "vc-bench stability -o out", "depth": 4, "methods": list(METHODS),
+        "machine": results()["machine"],
+        "sweeps": [
+            {"id": "origin-distance", "title": "The origin far away", "parameter": "distance of the origin, boxes", "scale": "log", "points": origin},
+            {"id": "scale", "title": "Very small & very large meshes", "parameter": "size of the mesh", "scale": "log", "points": scale},
+            {"id": "tilt", "title": "Tilted", "parameter": "tilt, degrees", "scale": "linear", "points": tilt},
+            {"id": "segments", "title": "Special segments", "parameter": "how segments are drawn", "scale": "category", "points": segments},
+            {"id": "empty", "title": "Interrupted", "parameter": "nothing", "scale": "log", "points": []}]}
+
+
+def write(folder, data=None, hard=None):
+    """results.json and every image that it names; hard: what stability.json holds."""
     data = data or results()
     (folder / "images").mkdir(parents=True, exist_ok=True)
     (folder / "results.json").write_text(json.dumps(data))
+    if hard:
+        (folder / "stability.json").write_text(json.dumps(hard))
     for scene_ in data["scenes"]:
         for i, v in enumerate(scene_.get("variants", [])):
             for j, name in enumerate(v.get("images", {}).values()):

@@ -10,10 +10,11 @@ CHROMIUM, DRIVER = pathlib.Path("/usr/bin/chromium"), pathlib.Path("/usr/bin/chr
 
 CENTRES = """
 const centre = e => { const b = e.getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2, b.width, b.height]; };
+const anchor = e => { const p = new DOMPoint(+e.getAttribute('x'), +e.getAttribute('y')).matrixTransform(e.getScreenCTM()); return [p.x, p.y]; };
 return [...document.querySelectorAll('svg[data-x-scale]')].map(svg => ({
   id: svg.id, xScale: svg.dataset.xScale, yScale: svg.dataset.yScale, box: centre(svg),
   points: [...svg.querySelectorAll('.point')].map(p => ({id: p.id, data: {...p.dataset}, tip: p.querySelector('title').textContent,
-                                                         at: centre(p.querySelector('use'))})),
+                                                         at: anchor(p.querySelector('use'))})),
   ticks: [...svg.querySelectorAll('.tick')].map(t => ({data: {...t.dataset}, text: t.textContent.trim(), at: centre(t.querySelector('text'))}))}));
 """
 CELLS = """

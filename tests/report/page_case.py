@@ -35,7 +35,7 @@ class Page(PageCase):
               const box = s.getBoundingClientRect();
               return [s.id, Math.min(...[...s.querySelectorAll('text')].map(t => parseFloat(getComputedStyle(t).fontSize) * box.width / s.viewBox.baseVal.width)),
                       Math.max(...[...s.querySelectorAll('text')].map(t => t.getBoundingClientRect().right))]; })""")
-        self.assertEqual(len(texts), len(self.report["charts"]))
+        self.assertEqual(len(texts), len(self.report["charts"] + self.report["stability"]["charts"]))
         for text in texts:
             self.assertGreaterEqual(text[1], 10, text[0])
             self.assertLessEqual(text[2], 360, text[0])

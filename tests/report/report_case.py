@@ -33,6 +33,10 @@ def files(folder):
 
 
 def configurations(scene):
+    return [v for v in scene["variants"] if "samples" in v or "method" in v]
+
+
+def sampled(scene):
     return [v for v in scene["variants"] if "samples" in v]
 
 
@@ -42,12 +46,27 @@ class Case(unittest.TestCase):
         self.addCleanup(holder.cleanup)
         self.folder = pathlib.Path(holder.name) / "run with spaces"
 
-    def make(self, data=None, code=0, says=""):
-        fixture.write(self.folder, data)
+    def make(self, data=None, code=0, says="", hard=None):
+        fixture.write(self.folder, data, hard)
         done = run(self.folder)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         self.assertIn(says, done.stderr)
         return done
+
+
+class MadeCase(Case):
+    """One report, made once for all tests of the case; nothing may be written there."""
+    hard = None
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(holder.cleanup)
+        cls.made = pathlib.Path(holder.name)
+        fixture.write(cls.made, hard=cls.hard)
+        done = run(cls.made)
+        assert done.returncode == 0, done.stderr
+        cls.report = json.loads((cls.made / "report.json").read_text())
 
 
 @unittest.skipUnless(matplotlib and BROWSER, WHY_BROWSER)
@@ -59,7 +78,8 @@ class PageCase(unittest.TestCase):
         cls.holder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.holder.cleanup)
         folder = pathlib.Path(cls.holder.name)
-        cls.data = fixture.write(folder)
+        cls.hard = fixture.stability()
+        cls.data = fixture.write(folder, hard=cls.hard)
         done = run(folder)
         assert done.returncode == 0, done.stderr
         shutil.rmtree(folder / "images")  # the page must not need them any more

@@ -13,12 +13,15 @@ HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
 sys.path[:0] = [str(HERE), str(HERE.parents[1] / "tools" / "report")]
 import report_case  # noqa: E402
+from dominance_case import Dominance  # noqa: E402, F401
 from files_case import Files  # noqa: E402, F401
 from refusals_case import Refusals  # noqa: E402, F401
+from stability_case import Stability  # noqa: E402, F401
 
 if report_case.BROWSER:
     from figures_case import Figures  # noqa: F401
     from page_case import Page  # noqa: F401
+    from stability_page_case import StabilityPage  # noqa: F401
 
 if __name__ == "__main__":
     if not report_case.matplotlib:

@@ -2,7 +2,7 @@
 import math
 
 from figures import MIB
-from formats import SUPERSCRIPT
+from formats import SUPERSCRIPT, power_of_ten, round_number
 
 SLOT = 44  # pixels that a rate axis keeps for "0 seen"
 
@@ -20,12 +20,13 @@ def rate_text(value):
 
 
 class Axis:
-    def __init__(self, scale, values, start, end, unit=""):
-        """values: all that must be inside. start, end: pixels; end may be the smaller (y axes)."""
+    def __init__(self, scale, values, start, end, unit="", tight=False):
+        """values: all that must be inside. start, end: pixels; end may be the smaller (y axes). tight: a linear axis may end at
+        a value."""
         self.scale, self.start, self.end, self.unit = scale, start, end, unit
         self.direction = 1 if end > start else -1
         if scale == "linear":
-            self.ticks = linear_ticks(min(values), max(values))
+            self.ticks = linear_ticks(min(values), max(values), tight)
             self.low, self.high = self.ticks[0], self.ticks[-1]
         else:
             positive = [v for v in values if v > 0] or [1e-6, 1e-5]
@@ -43,15 +44,18 @@ class Axis:
         self.low = max([f for f in fine if f <= min(positive) * 0.93] or [fine[0]])
         self.high = min([f for f in fine if f >= max(positive) * 1.07] or [fine[-1]])
         inside = [f for f in fine if self.low * 0.999 <= f <= self.high * 1.001]
-        tens = [f for f in inside if abs(math.log10(f) - round(math.log10(f))) < 1e-9]
-        self.ticks = inside if len(inside) <= 6 else tens
+        tens = [f for f in inside if power_of_ten(f) is not None]
+        step = next(s for s in (1, 2, 5, 10, 20, 50, 100, 1000) if len(tens) <= 9 * s)
+        self.ticks = inside if len(inside) <= 6 else [f for f in tens if power_of_ten(f) % step == 0]
 
-    def zero(self):
-        return self.start + self.direction * (SLOT / 2 - 3)
+    def zero(self, lane=0, lanes=1):
+        """Where zeros are drawn: the middle of the slot, or of one of the lanes that share it."""
+        return self.start + self.direction * (SLOT - 6) * (lane + 0.5) / lanes
 
-    def __call__(self, value):
+    def __call__(self, value, lane=0, lanes=1):
+        """lane: of zeros on a rate axis."""
         if self.scale == "rate" and value <= 0:
-            return self.zero()
+            return self.zero(lane, lanes)
         first = self.start + self.direction * (SLOT if self.scale == "rate" else 0)
         if self.scale == "linear":
             share = (value - self.low) / (self.high - self.low)
@@ -73,6 +77,8 @@ class Axis:
             return rate_text(value)
         if self.unit == "bytes":
             return f"{value:g}"
+        if self.unit == "power":
+            return round_number(value)
         if self.unit == "share":
             return f"{value * 100:g} %"
         if self.unit == "times":
@@ -80,12 +86,13 @@ class Axis:
         return f"{value:,.0f}".replace(",", "\u202f") if value >= 10000 else f"{value:g}"
 
 
-def linear_ticks(low, high):
-    """Four to seven round ticks that enclose the values."""
+def linear_ticks(low, high, tight=False):
+    """Four to seven round ticks that enclose the values; tight: or end at them."""
     span = high - low or abs(high) or 1
     step = 10 ** math.floor(math.log10(span / 4))
     step = next(step * m for m in (1, 2, 2.5, 5, 10) if span / (step * m) <= 5)
-    first, last = math.floor(low / step - 1e-9), math.ceil(high / step + 1e-9)
+    room = -1e-9 if tight else 1e-9
+    first, last = math.floor(low / step - room), math.ceil(high / step + room)
     return [round(step * i, 12) for i in range(first, last + 1)]
 
 

@@ -23,7 +23,6 @@ COLOURS = {
     "c0": ("#0072b2", "#56b4e9"), "c1": ("#d55e00", "#e69f00"), "c2": ("#008a65", "#00b586"),
     "c3": ("#b0588c", "#cc79a7"), "c4": ("#8a7a00", "#f0e442"), "c5": ("#000000", "#ffffff")}
 STAND_IN = {name: f"#fe{i:02x}01" for i, name in enumerate(COLOURS)}
-MARKERS = ("o", "s", "^", "D", "v", "P")
 HALO = "svg text{paint-order:stroke;stroke:var(--ground);stroke-width:3px;stroke-linejoin:round}"  # legible on lines
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 

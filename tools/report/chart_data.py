@@ -26,7 +26,7 @@ def scatter(chart, scene):
         low, high = (row[k] for k in look.get("y_range", (look["y"], look["y"])))
         points.append({
             "id": point_id(chart, scene["name"], row["id"]), "variant": row["id"], "label": row["label"],
-            "depth": row["depth"], "samples": row["samples"], "x": row[look["x"]], "y": row[look["y"]],
+            "method": row["method"], "depth": row["depth"], "samples": row["samples"], "x": row[look["x"]], "y": row[look["y"]],
             "y_low": low, "y_high": high, "x_bound": row.get(look.get("x_bound")), "y_bound": row.get(look.get("y_bound")),
             "area": row.get(look.get("area")), "wrong_rate": row["wrong_rate"], "wrong_bound_95": row["wrong_bound_95"]})
     if not points:
@@ -48,7 +48,7 @@ def frontier(points):
 
 
 def kinds(scene):
-    points = [{**{k: row[k] for k in ("kind", "depth", "samples", "label", "lookup_ns", "embree_ns", "embree_ns_minimum",
+    points = [{**{k: row[k] for k in ("kind", "method", "depth", "samples", "label", "lookup_ns", "embree_ns", "embree_ns_minimum",
                                       "embree_ns_maximum", "embree", "share")},
                "id": point_id("kinds", scene["name"], f"{row['id']}-{row['kind']}"), "variant": row["id"],
                "x": row["ns"], "x_low": row["ns_minimum"], "x_high": row["ns_maximum"]}

@@ -3,6 +3,7 @@ import math
 
 MIB = 1024 * 1024
 SINGLE = "bvh-single"  # the BVH, ray by ray: what the paper compares with
+PROVED = ("proven", "hybrid")  # methods without a number of samples
 
 
 def divide(a, b):
@@ -33,14 +34,26 @@ def upper_bound_95(wrong, all_):
     return min(1.0, high / all_)
 
 
+def method_of(variant):
+    """Of a tree that takes part in the comparison. Earlier results name none: there samples say it."""
+    return variant.get("method", "sampled" if "samples" in variant else None)
+
+
 def label_of(variant):
+    if "depth" in variant and method_of(variant) in PROVED:
+        return f"depth {variant['depth']}, {variant['method']}"
     if "depth" in variant and "samples" in variant:
         return f"depth {variant['depth']}, {variant['samples']} samples"
     return variant.get("label", variant["id"])
 
 
+def is_sampled(row):
+    """Of the paper's method."""
+    return row["depth"] is not None and row["samples"] is not None and row["method"] not in PROVED
+
+
 def is_configuration(row):
-    return row["depth"] is not None and row["samples"] is not None
+    return is_sampled(row) or (row["depth"] is not None and row["method"] in PROVED)
 
 
 def variant_row(scene, variant, bvh):
@@ -51,7 +64,7 @@ def variant_row(scene, variant, bvh):
     is_bvh = variant["id"] == "bvh"
     return {
         "scene": scene["name"], "id": variant["id"], "label": label_of(variant),
-        "depth": get("depth"), "samples": get("samples"),
+        "method": method_of(variant), "depth": get("depth"), "samples": get("samples"),
         "render_seconds": render[0], "render_seconds_minimum": render[1], "render_seconds_maximum": render[2],
         "render_ratio": divide(render[0], bvh_render[0]),
         "shadow_seconds": shadow[0], "shadow_seconds_minimum": shadow[1], "shadow_seconds_maximum": shadow[2],
@@ -96,7 +109,7 @@ def kind_rows(scene):
             look_up, whole = timing(item, "lookup_ns"), timing(item, "ns")
             rows.append({
                 "scene": scene["name"], "kind": kind["kind"], "id": variant["id"], "label": label_of(variant),
-                "depth": variant.get("depth"), "samples": variant.get("samples"), "share": kind.get("share"),
+                "method": method_of(variant), "depth": variant.get("depth"), "samples": variant.get("samples"), "share": kind.get("share"),
                 "embree": best.get("name"), "embree_ns": embree[0], "embree_ns_minimum": embree[1],
                 "embree_ns_maximum": embree[2], "lookup_ns": look_up[0], "ns": whole[0], "ns_minimum": whole[1],
                 "ns_maximum": whole[2], "ratio": divide(embree[0], whole[0]),

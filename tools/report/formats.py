@@ -23,6 +23,18 @@ def whole(value):
     return f"{round(value):,}".replace(",", THIN)
 
 
+def power_of_ten(value):
+    """Its exponent, or None."""
+    exponent = round(math.log10(value)) if value > 0 else None
+    return exponent if exponent is not None and math.isclose(value, 10.0 ** exponent, rel_tol=1e-9) else None
+
+
+def round_number(value):
+    """Parameters that may span sixty decades: as they are, or as powers of ten."""
+    exponent = power_of_ten(value)
+    return f"{value:g}" if exponent is None or abs(exponent) < 4 else f"10{str(exponent).translate(SUPERSCRIPT)}"
+
+
 FORMATS = {
     "text": str, "count": whole, "number": significant, "seconds": significant, "ns": significant,
     "ratio": lambda v: significant(v) + "×", "percent": lambda v: significant(v * 100) + "\u00a0%",

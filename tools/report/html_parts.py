@@ -6,12 +6,17 @@ from formats import show
 from wording import NOT_RUN
 
 
-def cell(value, kind):
+def cell(value, kind, absent=NOT_RUN):
     if value is None:
-        return f'<td class="none{" text" if kind in ("text", "flag") else ""}">{NOT_RUN}</td>'
+        return f'<td class="none{" text" if kind in ("text", "flag") else ""}">{absent}</td>'
     if kind in ("text", "flag"):
         return f'<td class="text" data-v="{escape(str(value))}">{escape(show(value, kind))}</td>'
     return f'<td data-v="{value!r}">{escape(show(value, kind))}</td>'
+
+
+def number(value, kind):
+    """A figure within a sentence."""
+    return f'<span data-v="{value!r}">{escape(show(value, kind))}</span>'
 
 
 def scrolling(name, inner):
@@ -20,7 +25,7 @@ def scrolling(name, inner):
 
 
 def table(data, folded=False):
-    """A table in a container that scrolls by itself; folded: behind a heading that opens it."""
+    """A table in a container that scrolls by itself; folded: behind a heading that opens it. Its key absent: what stands for None."""
     columns = data["columns"]
     head = f'<th scope="col" rowspan="2" class="head">{escape(data["head"])}</th>' if any(c["group"] for c in columns) else \
            f'<th scope="col" class="head">{escape(data["head"])}</th>'
@@ -36,13 +41,13 @@ def table(data, folded=False):
             span = sum(1 for d in columns if d["group"] == c["group"])
             top += f'<th scope="colgroup" colspan="{span}" class="group">{escape(c["group"])}</th>'
     rows = f"<thead><tr>{top}</tr>{f'<tr>{second}</tr>' if second else ''}</thead>"
-    rows += "".join(section(s, columns) for s in data["sections"])
+    rows += "".join(section(s, columns, data.get("absent", NOT_RUN)) for s in data["sections"])
     caption = f"<caption>{escape(data['caption'])}</caption>"
     whole = scrolling(data["caption"], f'<table id="table-{data["id"]}">{caption}{rows}</table>')
     return f"<details><summary>All figures: {escape(data['caption'])}</summary>{whole}</details>" if folded else whole
 
 
-def section(data, columns):
+def section(data, columns, absent):
     rows = ""
     if data["title"]:
         rows += f'<tr><th scope="rowgroup" colspan="{len(columns) + 1}" class="scene"><span>{escape(data["title"])}</span></th></tr>'
@@ -50,7 +55,7 @@ def section(data, columns):
         why = f": {data['error']}" if data["error"] else ""
         rows += f'<tr><td colspan="{len(columns) + 1}" class="none text">{NOT_RUN}{escape(why)}</td></tr>'
     for row in data["rows"]:
-        cells = "".join(cell(row[c["key"]], c["format"]) for c in columns)
+        cells = "".join(cell(row[c["key"]], c["format"], absent) for c in columns)
         rows += f'<tr data-row="{escape(row["id"])}"><th scope="row">{escape(row["label"])}</th>{cells}</tr>'
     scene = f' data-scene="{escape(data["scene"])}"' if data["scene"] else ""
     return f"<tbody{scene}>{rows}</tbody>"

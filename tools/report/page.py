@@ -3,13 +3,17 @@ import pathlib
 from html import escape
 
 import canvas
+import dominance_part
 import html_parts as parts
+import stability_part
 import trend_part
+from figures import is_configuration
 from wording import KINDS
 
 HERE = pathlib.Path(__file__).parent
 CHART_TITLES = {"speedup": "speed-up against wrong rays", "bake": "bake time against wrong rays",
-                "memory": "memory against rays answered", "kinds": "time by kind of segment"}
+                "memory": "memory against rays answered", "kinds": "time by kind of segment", "wrong": "wrong answers",
+                "resolved": "share answered"}
 
 
 def facts(report):
@@ -31,7 +35,7 @@ def summary(scenes):
     """Per scene one sentence, from the figures alone."""
     items = ""
     for scene in scenes:
-        rows = [r for r in scene["variants"] if r["speedup"] is not None and r["depth"] is not None and r["samples"] is not None]
+        rows = [r for r in scene["variants"] if r["speedup"] is not None and is_configuration(r)]
         if not rows:
             why = scene["error"] or "not run"
             items += f'<li><b>{escape(scene["title"])}</b><span class="big none">–</span><small>{escape(why)}</small></li>'
@@ -58,8 +62,8 @@ def blank_words(scenes):
     return f'<ul class="plain">{items}</ul>'
 
 
-def build(report, charts, compares):
-    """report: what report.json holds. charts: [{data, svg, says}]. compares: HTML of the picture sections."""
+def build(report, charts, hard, compares):
+    """report: what report.json holds. charts, hard (those of stability): [{data, svg, says}]. compares: HTML of the picture sections."""
     scenes, short = report["scenes"], report["short"]
     tables = {t["id"]: t for t in report["tables"]}
     own_axes = report["own_speedup_axes"]
@@ -78,10 +82,10 @@ def build(report, charts, compares):
 {summary(scenes)}{absent}{facts(report)}{parts.table(tables["scenes"])}</header><main>
 <section id="speedup"><h2>Speed-up against wrong rays</h2>
 <p>Up is faster, left is more exact. Speed-up counts only the time spent on shadow rays; whiskers reach from the slowest against
-the fastest repetition to the reverse. A point’s number is its sample rays a cell; its area grows with the square root of the
-trees’ memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
+the fastest repetition to the reverse. A point’s number is its sample rays a cell; proven and hybrid trees, which have shapes of their own, show their depth (d5)
+instead. Its area grows with the square root of the trees’ memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
 bound. {axes}</p>
-{charted("speedup")}</section>
+{charted("speedup")}{dominance_part.all_of(report["dominance"], tables)}</section>
 <section id="bake"><h2>Bake time against wrong rays</h2>
 <p>What a smaller error costs before rendering. Axes are shared.</p>
 {charted("bake")}</section>
@@ -90,9 +94,10 @@ bound. {axes}</p>
 {charted("memory")}</section>
 <section id="kinds"><h2>By kind of segment</h2>
 <p>Segments recorded from the images, one kind at a time. The bar above is the fastest of Embree’s ways on just
-these segments; a small hollow mark is the look-up alone, the filled one look-up with Embree as fallback. Left is faster. The numbers at the left are sample rays a cell.
+these segments; a small hollow mark is the look-up alone, the filled one look-up with Embree as fallback. Left is faster. What stands at the left is the sample rays a cell, or the method.
 In the tables the kinds are called {escape(kinds)}.</p>
 {charted("kinds")}{parts.table(tables["ways"], folded=True)}{parts.table(tables["image-kinds"], folded=True)}</section>
+{stability_part.all_of(report["stability"], hard, tables)}
 <section id="pictures"><h2>Pictures</h2>
 <p>Each opens on the BVH’s picture and that of the configuration with the most wrong rays.</p>
 <div class="compares">{"".join(compares)}</div></section>
@@ -101,7 +106,7 @@ from those of the paper: ratios compare, seconds hardly do. The paper’s BVH wa
 and its time ray by ray has a row of its own.</p>
 {parts.table(tables["paper-1"])}{paper2}</section>
 <section id="trends"><h2>Trends</h2>
-<p>Each statement is checked on every neighbouring pair of configurations, here and on the paper’s own figures.</p>
+<p>Each statement is checked on every neighbouring pair of sampled configurations, here and on the paper’s own figures.</p>
 {trend_part.all_of(report["trends"])}</section>
 <section id="blank"><h2>The look-up’s own cost</h2>
 <p>A sidecar whose cells are all unclassified answers no ray that meets a box: what remains is the cost of asking.</p>

@@ -1,5 +1,5 @@
 """Tables 1 and 2 of the paper, each figure beside the one measured here."""
-from figures import MIB, SINGLE, is_configuration
+from figures import MIB, SINGLE, is_configuration, is_sampled
 from tables import column
 
 PAIRS = [  # key here, key in the paper, factor from ours to the paper's unit, heading, format here
@@ -23,7 +23,7 @@ def table1(scenes, paper):
                column("paper_compressed", "compressed", "mib", "paper, MiB"), column("paper_factor", "factor", "ratio", "paper, MiB")]
     rows = []
     for scene in scenes:
-        run = [r for r in scene["variants"] if is_configuration(r) and r["shared_bytes"] is not None]
+        run = [r for r in scene["variants"] if is_sampled(r) and r["shared_bytes"] is not None]
         row = max(run, key=lambda r: (r["depth"], r["samples"]), default={})
         row = next((r for r in run if r["id"] == "d7-n256"), row)
         entry = paper["table1"].get(scene["name"])

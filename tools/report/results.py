@@ -22,7 +22,7 @@ TIMING = {"median": NUMBER, "minimum": NUMBER, "maximum": NUMBER}
 COUNTS = {"kind": TEXT, "segments": NUMBER, "resolved": NUMBER, "blocked": NUMBER, "clear": NUMBER, "wrong": NUMBER,
           "wrong_resolved": NUMBER, "wrong_bound_95": NUMBER}
 VARIANT = {
-    "id": TEXT, "label": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
+    "id": TEXT, "label": TEXT, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
     "tests": NUMBER, "bake_seconds": NUMBER, "bake_rays": NUMBER, "memory_bytes": NUMBER, "file_bytes": NUMBER,
     "ship_bytes": NUMBER, "segments": NUMBER, "fallback_segments": NUMBER, "resolved_segments": NUMBER, "wrong": NUMBER,
     "wrong_resolved": NUMBER, "wrong_rate": NUMBER, "wrong_bound_95": NUMBER, "rmse": NUMBER, "max_difference": NUMBER,
@@ -106,8 +106,12 @@ def check(value, shape, where, refuse):
         refuse(where, f"expected {shape}")
 
 
+def is_name(text):
+    return bool(NAME.match(text))
+
+
 def check_names(item, key, where, earlier, refuse):
-    if not NAME.match(item.get(key, "")):
+    if not is_name(item.get(key, "")):
         refuse(f"{where}.{key}", "expected a name of letters, digits, dots, dashes and underscores")
     if any(other[key] == item[key] for other in earlier):
         refuse(f"{where}.{key}", f"{item[key]} is there twice")

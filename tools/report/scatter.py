@@ -1,8 +1,11 @@
-"""One panel: a point per configuration, its shape and colour by depth, its label by samples."""
+"""One panel: a point per configuration; marks.py says its shape and colour, the label its samples."""
+import math
+
 from axis import SLOT, Axis, scaled, tick_mark
-from canvas import MARKERS, STAND_IN, Canvas
+from canvas import STAND_IN, Canvas
 from figures import MIB
 from formats import show
+from marks import depth_key, grown, lane, look, method_key, short_name
 
 WIDTH, HEIGHT = 380, 336
 LEFT, RIGHT, TOP, BOTTOM = 66, 24, 60, 50
@@ -40,25 +43,27 @@ def draw(chart, group, depths):
     x = Axis(chart["x_scale"], extent(group, "x"), LEFT, WIDTH - RIGHT, UNIT.get((kind, "x"), ""))
     y = Axis(chart["y_scale"], extent(own, "y"), HEIGHT - BOTTOM, TOP, UNIT.get((kind, "y"), ""))
     data = frame(canvas, chart, x, y)
-    key(canvas, sorted({p["depth"] for p in chart["points"]}), depths)
+    depth_key(canvas, WIDTH - RIGHT, 14, sorted({p["depth"] for p in chart["points"]}), depths)
+    method_key(canvas, 4, HEIGHT - 10, chart["points"])
     if kind == "speedup":
         reference(canvas, chart, x, y)
     largest = max((p["area"] or 0 for c in group for p in c["points"]), default=0)
     placed, spots = [], []
     for p in sorted(chart["points"], key=lambda p: -(p["area"] or 0)):
-        px, py = x(scaled(p["x"], x.unit)), y(scaled(p["y"], y.unit))
-        size, colour = diameter(p["area"], largest), f"c{depths.index(p['depth']) % len(MARKERS)}"
+        px, py = (axis(scaled(p[k], axis.unit), *lane(p, chart["points"])) for k, axis in (("x", x), ("y", y)))
+        shape, colour = look(p, depths)
+        size = grown(shape, diameter(p["area"], largest))
         whiskers(canvas, p, px, py, x, y, colour, size)
-        canvas.marker(px, py, MARKERS[depths.index(p["depth"]) % len(MARKERS)], colour, size, gid=p["id"], alpha=0.85)
-        data[p["id"]] = {"class": "point", "data": {"x": p["x"], "y": p["y"], "variant": p["variant"]}, "tip": tip(chart, p)}
+        canvas.marker(px, py, shape, colour, size, gid=p["id"], alpha=0.85)
+        data[p["id"]] = {"class": "point", "data": {"x": p["x"], "y": p["y"], "variant": p["variant"], "method": p["method"]}, "tip": tip(chart, p)}
         spots.append((px, py, size, p))
     for px, py, size, p in spots:
-        place_label(canvas, px, py, size, str(p["samples"]), p["x"] == 0, [(a, b, s) for a, b, s, _ in spots], placed)
+        place_label(canvas, px, py, size, short_name(p), p["x"] == 0, [(a, b, s) for a, b, s, _ in spots], placed)
     return canvas, data
 
 
-def frame(canvas, chart, x, y):
-    """Title, axes, grid. Returns the marks' data of the ticks' labels."""
+def frame(canvas, chart, x, y, top=TOP, zero="0 seen"):
+    """Title, axes, grid; zero: what stands at that of a rate. Returns the marks' data of the ticks' labels."""
     ticks = {}
 
     def tick(axis, value, text, px, py, anchor):
@@ -73,7 +78,7 @@ def frame(canvas, chart, x, y):
     canvas.text(WIDTH - RIGHT, HEIGHT - 10, chart["x_label"] + unit + " →", "muted", 12.5, "right")
     bottom, right = HEIGHT - BOTTOM, WIDTH - RIGHT
     if x.scale == "rate":
-        canvas.rectangle(LEFT, TOP, SLOT - 6, bottom - TOP, "slot")
+        canvas.rectangle(LEFT, top, SLOT - 6, bottom - top, "slot")
     if y.scale == "rate":
         canvas.rectangle(LEFT, bottom - SLOT + 6, right - LEFT, SLOT - 6, "slot")
     for v in y.ticks:
@@ -87,11 +92,11 @@ def frame(canvas, chart, x, y):
     canvas.line([LEFT, right], [bottom, bottom], "muted", 0.8)
     if x.scale == "rate":
         broken(canvas, LEFT + SLOT - 3, bottom, upright=False)
-        tick("x", 0, "0 seen", x.zero(), bottom + 15, "center")
+        tick("x", 0, zero, x.zero(), bottom + 15, "center")
     if y.scale == "rate":
-        canvas.line([LEFT, LEFT], [TOP, bottom], "muted", 0.8)
+        canvas.line([LEFT, LEFT], [top, bottom], "muted", 0.8)
         broken(canvas, LEFT, bottom - SLOT + 3, upright=True)
-        tick("y", 0, "0 seen", LEFT - 6, y.zero(), "right")
+        tick("y", 0, zero, LEFT - 6, y.zero(), "right")
     return ticks
 
 
@@ -105,17 +110,6 @@ def broken(canvas, px, py, upright):
         canvas.line([px - 3, px + 3], [py, py], "ground", 3, zorder=3)
         for d in (-3, 3):
             canvas.line([px + d - 2, px + d + 2], [py + 4, py - 4], "muted", 0.9, zorder=4)
-
-
-def key(canvas, present, depths):
-    right = WIDTH - RIGHT
-    for depth in reversed(present):
-        i = depths.index(depth) % len(MARKERS)
-        text = str(depth)
-        canvas.text(right, 14, text, "muted", 12.5, "right")
-        canvas.marker(right - 8 * len(text) - 7, 14, MARKERS[i], f"c{i}", 9)
-        right -= 7.5 * len(text) + 25
-    canvas.text(right + 2, 14, "depth", "muted", 12.5, "right")
 
 
 def reference(canvas, chart, x, y):
@@ -133,7 +127,7 @@ def reference(canvas, chart, x, y):
     corners = [best[v] for v in chart["frontier"]]
     xs, ys = [LEFT], [y(1)]
     for p in corners:
-        xs += [x(p["x"])] * 2
+        xs += [x(p["x"], *lane(p, chart["points"]))] * 2
         ys += [ys[-1], y(p["y"])]
     if corners:
         canvas.line([*xs, right], [*ys, ys[-1]], "frontier", 1.4, gid=f"frontier-{chart['id']}", linestyle=(0, (4, 2.5)), zorder=2)
@@ -166,12 +160,15 @@ def place_label(canvas, px, py, size, text, arrow, spots, placed):
     if arrow:  # it leaves to the right
         places = places[4:6] + places[:4] + places[6:]
 
+    away = lambda a, b, reach: b + (b > a) * reach - (b < a) * reach
+    places += [(away(px, cx, reach), away(py, cy, reach)) for reach in (14, 28) for cx, cy in places]
+
     def cost(place):
         cx, cy = place
         hits = sum(1.0 for a, b, s in spots if abs(a - cx) < (width + s) / 2 and abs(b - cy) < (height + s) / 2 - 2)
         hits += sum(1.5 for a, b, w in placed if abs(a - cx) < (width + w) / 2 and abs(b - cy) < height - 1)
         outside = cx + width / 2 > WIDTH - 2 or cx - width / 2 < LEFT or cy < TOP - 6 or cy > HEIGHT - BOTTOM - 5
-        return hits + 3 * outside
+        return hits + 3 * outside + math.hypot(cx - px, cy - py) / 1000  # of two that are free, the nearer
 
     cx, cy = min(places, key=cost)
     placed.append((cx, cy, width))

@@ -1,13 +1,8 @@
 """The section that holds the paper's statements against the measurements."""
 from html import escape
 
-from formats import show
-from html_parts import scrolling
+from html_parts import number, scrolling
 from wording import NOT_RUN
-
-
-def number(value, kind):
-    return f'<span data-v="{value!r}">{escape(show(value, kind))}</span>'
 
 
 def pair(values, kind):

@@ -1,5 +1,5 @@
 """What the paper says of its own figures, checked step by step on ours and on theirs."""
-from figures import is_configuration
+from figures import is_sampled
 from paper_tables import in_our_unit
 
 SIMPLE, COMPLEX = ("killeroo", "sierpinski"), ("hairball", "forest")
@@ -38,7 +38,7 @@ def scene_steps(scene, paper, trend):
     _, _, ours, theirs, moving, direction, _ = trend
     fixed = "samples" if moving == "depth" else "depth"
     entries = paper["table2"].get(scene["name"], {})
-    rows = [r for r in scene["variants"] if is_configuration(r) and r[ours] is not None]
+    rows = [r for r in scene["variants"] if is_sampled(r) and r[ours] is not None]
     steps = []
     for value in sorted({r[fixed] for r in rows}):
         line = sorted((r for r in rows if r[fixed] == value), key=lambda r: r[moving])
@@ -55,7 +55,7 @@ def gain_steps(scene, simple_scenes, paper):
     for simple in simple_scenes:
         other = {r["id"]: r for r in simple["variants"]}
         for row in scene["variants"]:
-            if not is_configuration(row) or not row["render_ratio"] or not other.get(row["id"], {}).get("render_ratio"):
+            if not is_sampled(row) or not row["render_ratio"] or not other.get(row["id"], {}).get("render_ratio"):
                 continue
             entries = [paper["table2"].get(s["name"], {}) for s in (simple, scene)]
             there = [e["bvh"]["render_seconds"] / e[row["id"]]["render_seconds"] if row["id"] in e else None for e in entries]

@@ -1,0 +1,65 @@
+"""Shapes and colours of the points. Colour says a tree's depth; so does the shape, unless it says proven or hybrid."""
+from figures import PROVED
+from wording import METHODS
+
+MARKERS = ("o", "s", "^", "D", "v", "P")  # by depth; as many as canvas.py has colours for series
+OF_METHOD = {"proven": "*", "hybrid": "X"}
+GROWN = {"*": 1.45, "X": 1.1}  # thin shapes are drawn larger
+
+
+def look(point, depths):
+    """(shape, colour) of a tree's point."""
+    i = depths.index(point["depth"]) % len(MARKERS)
+    return OF_METHOD.get(point["method"], MARKERS[i]), f"c{i}"
+
+
+OF_SERIES = {"proven": ("*", "c2"), "hybrid": ("X", "c0"), "sampled": ("o", "c1"), "embree": ("s", "c3"), "embree_robust": ("D", "c4")}
+
+
+def series_look(method, methods):
+    """(shape, colour) where a method is a series of its own."""
+    return OF_SERIES.get(method, (MARKERS[methods.index(method) % len(MARKERS)], "c5"))
+
+
+def grown(shape, size):
+    return size * GROWN.get(shape, 1)
+
+
+def lane(point, points):
+    """(which, of how many) lanes of zeros: a method each, so that they do not hide one another; sampled alone has the middle."""
+    methods = [m for m in (*PROVED, "sampled") if any(p["method"] == m for p in points)]
+    return methods.index(point["method"]), len(methods)
+
+
+def short_name(point):
+    """What stands beside a point: the sample rays a cell; proofs take none, so there the depth."""
+    return f"d{point['depth']}" if point["method"] in PROVED else str(point["samples"])
+
+
+def depth_key(canvas, right, y, present, depths):
+    """Which colour is which depth, from the right."""
+    for depth in reversed(present):
+        i = depths.index(depth) % len(MARKERS)
+        text = str(depth)
+        canvas.text(right, y, text, "muted", 12.5, "right")
+        canvas.marker(right - 8 * len(text) - 7, y, MARKERS[i], f"c{i}", 9)
+        right -= 7.5 * len(text) + 25
+    canvas.text(right + 2, y, "depth", "muted", 12.5, "right")
+
+
+def series_key(canvas, left, y, methods):
+    for method in methods:
+        shape, colour = series_look(method, methods)
+        text = METHODS.get(method, method)
+        canvas.marker(left + 4, y, shape, colour, grown(shape, 7.5))
+        canvas.text(left + 11, y, text, "muted", 11.5)
+        left += 20 + 6.9 * len(text)
+
+
+def method_key(canvas, left, y, points):
+    """The shapes that say a method, of those that are there."""
+    for method in (m for m in PROVED if any(p["method"] == m for p in points)):
+        shape = OF_METHOD[method]
+        canvas.marker(left + 6, y, shape, "muted", grown(shape, 8))
+        canvas.text(left + 15, y, method, "muted", 12.5, gid=f"key-{method}")
+        left += 26 + 6.5 * len(method)
