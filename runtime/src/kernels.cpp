@@ -11,14 +11,18 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "bits.h"
 #include "object_data.h"
+#include "scene_data.h"
 
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128  // single calls are faster than these
 #include "arrays-inl.h"
 #include "bundles-inl.h"
+#include "scene-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -28,7 +32,8 @@ template <uint32_t... kDepths>
 Kernels kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   return {hwy::TargetName(HWY_TARGET),
           {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyBundleOf<kDepths + 1, QuadBundle>,
-                       &ClassifyBundleOf<kDepths + 1, SphereBundle>}...}};
+                       &ClassifyBundleOf<kDepths + 1, SphereBundle>}...},
+          &ClassifySceneOf};
 }
 Kernels MakeKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
 
@@ -57,11 +62,59 @@ void bundle_of(const ObjectData& data, const Bundle& bundle, uint64_t* blocked, 
   for (size_t i = 0; i < bundle.size(); ++i)
     set_bits(classify(data.frame, data.tree, tree_shape(kDepth), segment_of(bundle, i)), i, blocked, open);
 }
+uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
+  uint32_t met = 0;
+  for (int i = 0; i < 8; ++i) {
+    float near = ray.t_min, far = ray.t_max;
+    for (int a = 0; a < 3; ++a) {
+      const bool turned = ray.inverse[a] < 0;
+      near = std::max(near, ((turned ? node.high : node.low)[a][i] - ray.origin[a]) * ray.inverse[a]);
+      far = std::min(far, ((turned ? node.low : node.high)[a][i] - ray.origin[a]) * ray.inverse[a]);
+    }
+    met |= uint32_t{near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack} << i;
+  }
+  return met;
+}
+
+void classify_pair(const SceneData& scene, const Segment& segment, const ScenePair& pair, SceneAnswers answers) {
+  const ToGrid& grid = scene.to_grid[pair.instance];
+  float o[3];
+  for (int a = 0; a < 3; ++a) o[a] = segment.origin[a] - grid.centre[a];
+  const float* d = segment.direction;
+  Segment in_grid{{}, segment.t_min, {}, segment.t_max};
+  for (int i = 0; i < 3; ++i) {
+    const float* r = grid.rows[i];
+    in_grid.origin[i] = (r[0] * o[0] + r[1] * o[1]) + (r[2] * o[2] + grid.offset[i]);
+    in_grid.direction[i] = (r[0] * d[0] + r[1] * d[1]) + r[2] * d[2];
+  }
+  constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
+  const LineCell line = locate(kGridItself, in_grid);
+  const auto weighted = [&](const float* x) {
+    return (grid.weight[0] * std::abs(x[0]) + grid.weight[1] * std::abs(x[1])) + grid.weight[2] * std::abs(x[2]);
+  };
+  const auto norm = [](const float* x) { return (std::abs(x[0]) + std::abs(x[1])) + std::abs(x[2]); };
+  const float reach = (weighted(o) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d)) + norm(in_grid.origin);
+  PairPlace place = PairPlace::unknown;
+  if (line.valid && reach <= kFarthestReach) {
+    const bool outside = !line.hits || segment.t_min >= line.t_exit || segment.t_max <= line.t_entry;
+    const bool pierces = segment.t_min <= line.t_entry && segment.t_max >= line.t_exit;
+    place = outside ? PairPlace::outside : pierces ? PairPlace::pierces : PairPlace::ends_inside;
+  }
+  const uint32_t stuv = line.s << 24 | line.t << 16 | line.u << 8 | line.v;
+  answers.take(pair, pair_answer(scene.objects[pair.instance], place, line.pair, stuv), (line.t_exit - line.t_entry) * norm(in_grid.direction));
+}
+
+void scene_one_by_one(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {
+  walk_scene(scene, segments, query, answers, boxes_met,
+             [&](const ScenePair& pair) { classify_pair(scene, segments[pair.segment], pair, answers); });
+}
+
 template <uint32_t... kDepths>
 Kernels scalar_kernels(std::integer_sequence<uint32_t, kDepths...>) {
   return {"scalar",
           {ManyKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1>, &bundle_of<kDepths + 1, QuadBundle>,
-                       &bundle_of<kDepths + 1, SphereBundle>}...}};
+                       &bundle_of<kDepths + 1, SphereBundle>}...},
+          &scene_one_by_one};
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <vcd/format/segment.h>
 #include <vcd/format/tree.h>
 #include <vcd/runtime/bundle.h>
+#include <vcd/runtime/scene.h>
 #include <vcd/runtime/segment_arrays.h>
 
 namespace vcd {
@@ -29,9 +30,14 @@ struct ManyKernels {
   ClassifySphere sphere;
 };
 
+struct SceneData;
+struct SceneAnswers;
+using ClassifyScene = void (*)(const SceneData&, std::span<const Segment>, const SceneQuery&, SceneAnswers);
+
 struct Kernels {
   const char* name;  // as kernels() in <vcd/runtime/sidecar.h> lists it
   std::array<ManyKernels, kMaxDepth> at_depth;  // depth - 1
+  ClassifyScene scene;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar one, which any other equals bit for bit.

@@ -65,6 +65,7 @@ class Object {
   const ObjectRecord& record() const noexcept;    // box, depth, method, hash, counts: <vcd/format/layout.h>
 
  private:
+  friend class Scene;
   friend class Sidecar;
   explicit Object(const ObjectData* data) : data_(data) {}
   const ObjectData* data_;

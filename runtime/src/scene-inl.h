@@ -1,0 +1,108 @@
+// Scenes of instances: a segment a time through the hierarchy, (segment, instance) pairs a lane through the trees.
+#if defined(VCD_RUNTIME_SCENE_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_SCENE_INL_H
+#undef VCD_RUNTIME_SCENE_INL_H
+#else
+#define VCD_RUNTIME_SCENE_INL_H
+#endif
+
+#include <bit>
+
+#include "lanes-inl.h"
+#include "scene_data.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vcd {
+namespace HWY_NAMESPACE {
+
+using Boxes = hn::CappedTag<float, 8>;
+
+// Which of a node's boxes a segment could meet.
+HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
+  constexpr size_t kStep = hn::MaxLanes(Boxes());
+  const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
+  uint32_t met = 0;
+  for (size_t i = 0; i < 8; i += kStep) {
+    auto near = all8(ray.t_min), far = all8(ray.t_max);
+    for (int a = 0; a < 3; ++a) {
+      const float* first = ray.inverse[a] < 0 ? node.high[a] : node.low[a];
+      const float* last = ray.inverse[a] < 0 ? node.low[a] : node.high[a];
+      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), first + i), all8(ray.origin[a])), all8(ray.inverse[a])));
+      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), last + i), all8(ray.origin[a])), all8(ray.inverse[a])));
+    }
+    const auto slack = all8(kBoxSlack);
+    const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(Boxes(), hit, bits);
+    met |= static_cast<uint32_t>(bits[0]) << i;
+  }
+  return met;
+}
+
+// At most kWidth pairs, each instance in its own grid.
+HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs, size_t count,
+                               SceneAnswers answers) {
+  HWY_ALIGN int32_t segment_at[kWidth], instance_at[kWidth];
+  for (size_t k = 0; k < kWidth; ++k) {
+    const ScenePair& pair = pairs[std::min(k, count - 1)];
+    segment_at[k] = static_cast<int32_t>(pair.segment) * 8;
+    instance_at[k] = static_cast<int32_t>(pair.instance) * static_cast<int32_t>(kToGridFloats);
+  }
+  const Ints from_segment = hn::Load(I(), segment_at), from_instance = hn::Load(I(), instance_at);
+  const float* rays = segments.data()->origin;
+  const float* grids = scene.to_grid.data()->centre;
+  const auto of_segment = [&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), rays + k, from_segment); };
+  const auto of_instance = [&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), grids + k, from_instance); };
+
+  Floats o[3], d[3];
+  for (size_t a = 0; a < 3; ++a) o[a] = hn::Sub(of_segment(a), of_instance(a)), d[a] = of_segment(4 + a);
+  Lanes lanes;
+  lanes.t_min = of_segment(3), lanes.t_max = of_segment(7);
+  for (size_t i = 0; i < 3; ++i) {
+    const Floats r0 = of_instance(3 + 3 * i), r1 = of_instance(4 + 3 * i), r2 = of_instance(5 + 3 * i);
+    lanes.origin[i] = hn::Add(hn::Add(hn::Mul(r0, o[0]), hn::Mul(r1, o[1])), hn::Add(hn::Mul(r2, o[2]), of_instance(12 + i)));
+    lanes.direction[i] = hn::Add(hn::Add(hn::Mul(r0, d[0]), hn::Mul(r1, d[1])), hn::Mul(r2, d[2]));
+  }
+  constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
+  const Lines lines = locate_lines(kGridItself, lanes);
+
+  const auto weighted = [&](const Floats(&x)[3]) HWY_ATTR {
+    Floats sum = hn::Mul(of_instance(15), hn::Abs(x[0]));
+    for (size_t a = 1; a < 3; ++a) sum = hn::Add(sum, hn::Mul(of_instance(15 + a), hn::Abs(x[a])));
+    return sum;
+  };
+  const auto norm = [](const Floats(&x)[3]) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x[0]), hn::Abs(x[1])), hn::Abs(x[2])); };
+  const Floats reach = hn::Add(hn::Add(weighted(o), hn::Mul(hn::Max(hn::Abs(lines.entry), hn::Abs(lines.exit)), weighted(d))), norm(lanes.origin));
+  const Truth usable = hn::And(lines.valid, hn::Le(reach, all(kFarthestReach)));
+  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
+  const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
+
+  HWY_ALIGN uint32_t stuv[kWidth], face_pair[kWidth], place[kWidth];
+  HWY_ALIGN float length[kWidth];
+  hn::Store(lines.stuv, U(), stuv);
+  hn::Store(lines.pair, U(), face_pair);
+  const auto number = [](PairPlace p) HWY_ATTR { return all(static_cast<uint32_t>(p)); };
+  const Words within = hn::IfThenElse(hn::RebindMask(U(), pierces), number(PairPlace::pierces), number(PairPlace::ends_inside));
+  const Words known = hn::IfThenElse(hn::RebindMask(U(), outside), number(PairPlace::outside), within);
+  hn::Store(hn::IfThenElse(hn::RebindMask(U(), usable), known, number(PairPlace::unknown)), U(), place);
+  hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(lanes.direction)), F(), length);
+  for (size_t k = 0; k < count; ++k)
+    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), face_pair[k], stuv[k]), length[k]);
+}
+
+void ClassifySceneOf(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {
+  ScenePair pairs[kWidth];
+  size_t count = 0;
+  walk_scene(scene, segments, query, answers, boxes_met, [&](const ScenePair& pair) HWY_ATTR {
+    pairs[count++] = pair;
+    if (count < kWidth) return;
+    classify_pairs(scene, segments, pairs, count, answers);
+    count = 0;
+  });
+  if (count > 0) classify_pairs(scene, segments, pairs, count, answers);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace vcd
+HWY_AFTER_NAMESPACE();
+#endif

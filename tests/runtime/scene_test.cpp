@@ -1,0 +1,312 @@
+// Scenes of instances against every instance by itself, in exact arithmetic.
+#include <vcd/runtime/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <vcd/baker/referee.h>
+
+#include "support/count_allocations.h"
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd::test {
+namespace {
+
+class Random {
+ public:
+  explicit Random(uint64_t seed) : engine_(seed) {}
+  uint32_t below(uint32_t n) { return static_cast<uint32_t>(engine_() % n); }
+  float between(float a, float b) { return a + (b - a) * (static_cast<float>(engine_() >> 40) * 0x1p-24f); }
+
+ private:
+  std::mt19937_64 engine_;
+};
+
+// Turned, stretched along its axes by up to four, mirrored now and then.
+Transform any_transform(Random& random, float spread) {
+  double q[4], length = 0;
+  for (double& x : q) x = random.between(-1, 1), length += x * x;
+  for (double& x : q) x /= std::sqrt(length);
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double turn[3][3] = {{1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)},
+                             {2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)},
+                             {2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)}};
+  Transform t;
+  for (int j = 0; j < 3; ++j) {
+    const float scale = std::exp2(random.between(-1, 1)) * (random.below(4) == 0 ? -1.0f : 1.0f);
+    for (int i = 0; i < 3; ++i) t.rows[i][j] = static_cast<float>(turn[i][j]) * scale;
+  }
+  for (auto& row : t.rows) row[3] = random.between(-spread, spread);
+  return t;
+}
+
+struct Forest {
+  std::vector<BakedObject> baked;
+  std::vector<std::vector<std::byte>> bytes;
+  std::vector<Sidecar> sidecars;
+  std::vector<SourceMesh> meshes;
+  std::vector<SceneInstance> instances;
+  std::vector<size_t> object_of;
+  std::vector<Referee> referees;  // of each instance's mesh in the world, rounded to float
+
+  Forest(size_t count, float spread, float offset, uint32_t depth) {
+    Random random(count);
+    for (SourceMesh mesh : {sphere(12, 20), leaves(60)}) {
+      BakeOptions options;
+      options.method = Method::proven, options.depth = depth;
+      baked.push_back(must_bake(mesh, options));
+      bytes.push_back(sidecar_bytes({&baked.back()}));
+      meshes.push_back(std::move(mesh));
+    }
+    for (const auto& b : bytes) sidecars.push_back(std::move(*Sidecar::open_buffer(b)));
+    for (size_t i = 0; i < count; ++i) {
+      const size_t object = random.below(2);
+      Transform t = any_transform(random, spread);
+      for (auto& row : t.rows) row[3] += offset;
+      instances.push_back(SceneInstance::of(sidecars[object].object(0), t));
+      object_of.push_back(object);
+      SourceMesh world = meshes[object];
+      for (Position& p : world.positions) {
+        const Position q = p;
+        for (int a = 0; a < 3; ++a)
+          p[a] = static_cast<float>(double{t.rows[a][0]} * q[0] + double{t.rows[a][1]} * q[1] + double{t.rows[a][2]} * q[2] + double{t.rows[a][3]});
+      }
+      referees.emplace_back(*prepare(std::move(world)));
+    }
+  }
+  bool blocked(const Segment& s, uint32_t instance) const { return referees[instance].occluded(s); }
+  // Segments between two places among the instances, some of them from far away.
+  std::vector<Segment> segments(size_t count, float spread, float offset) const {
+    Random random(99);
+    std::vector<Segment> all;
+    for (size_t i = 0; i < count; ++i) {
+      Segment s{};
+      const float far = random.below(8) == 0 ? 30.0f : 1.0f;
+      const auto& towards = instances[random.below(static_cast<uint32_t>(instances.size()))].to_world;
+      for (int a = 0; a < 3; ++a) {
+        s.origin[a] = offset + far * random.between(-1.5f * spread, 1.5f * spread);
+        const float target = random.below(2) ? towards.rows[a][3] + random.between(-1, 1) : offset + random.between(-1.5f * spread, 1.5f * spread);
+        s.direction[a] = target - s.origin[a];
+      }
+      s.t_max = random.below(3) ? 1.0f : 2.5f;
+      if (random.below(16) == 0) s.direction[random.below(3)] = 0;
+      all.push_back(s);
+    }
+    return all;
+  }
+};
+
+// Vertices in the world are rounded to float for the referee: a hair of a mesh that stands far from the origin. Where that could
+// decide, the answers may differ.
+constexpr float kSpread = 8;
+
+TEST(Scene, AnswersForAllInstancesAndNamesWhatIsOpen) {
+  const Forest forest(kSanitized ? 12 : 40, kSpread, 0, kSanitized ? 3 : 4);
+  const auto segments = forest.segments(kSanitized ? 300 : 4000, kSpread, 0);
+  std::vector<Visibility> first;
+  std::vector<OpenPair> first_open;
+  for (const std::string& kernel : kernels()) {
+    const auto scene = Scene::build(forest.instances, kernel);
+    ASSERT_TRUE(scene.ok()) << scene.error().message;
+    EXPECT_EQ(scene->size(), forest.instances.size());
+    std::vector<Visibility> answers(segments.size());
+    std::vector<OpenPair> open(segments.size() * 8);
+    const auto [count, complete] = scene->classify(segments, answers, open);
+    EXPECT_TRUE(complete);
+    open.resize(count);
+    if (first.empty()) {
+      first = answers, first_open = open;
+      uint64_t seen[3] = {}, wrong = 0, missing = 0;
+      size_t at = 0;
+      for (uint32_t i = 0; i < segments.size(); ++i) {
+        ++seen[static_cast<int>(answers[i])];
+        std::vector<uint32_t> listed;
+        float before = std::numeric_limits<float>::infinity();
+        for (; at < open.size() && open[at].segment == i; ++at) {
+          listed.push_back(open[at].instance);
+          EXPECT_LE(open[at].length, before);
+          before = open[at].length;
+        }
+        EXPECT_EQ(listed.empty(), answers[i] != Visibility::unclassified);
+        bool blocked = false;
+        for (uint32_t k = 0; k < forest.instances.size(); ++k) {
+          if (!forest.blocked(segments[i], k)) continue;
+          blocked = true;
+          missing += answers[i] == Visibility::unclassified && std::find(listed.begin(), listed.end(), k) == listed.end();
+        }
+        wrong += answers[i] == (blocked ? Visibility::clear : Visibility::blocked);
+        const bool by_fallback = scene->occluded(segments[i], [&](uint32_t k) { return forest.blocked(segments[i], k); });
+        wrong += by_fallback != blocked;
+      }
+      EXPECT_EQ(at, open.size());
+      EXPECT_EQ(wrong, 0u);
+      EXPECT_EQ(missing, 0u);
+      for (uint64_t n : seen) EXPECT_GT(n, segments.size() / 50);
+    }
+    EXPECT_EQ(answers, first) << kernel;
+    ASSERT_EQ(open.size(), first_open.size()) << kernel;
+    for (size_t i = 0; i < open.size(); ++i)
+      EXPECT_TRUE(open[i].segment == first_open[i].segment && open[i].instance == first_open[i].instance) << kernel;
+    for (size_t i = 0; i < segments.size(); i += 7) EXPECT_EQ(scene->classify(segments[i]), answers[i]) << kernel;
+  }
+}
+
+TEST(Scene, AnswersFarFromTheWorldsOriginToo) {
+  const float offset = 2e4f;
+  const Forest forest(10, kSpread, offset, 4);
+  const auto scene = Scene::build(forest.instances);
+  const auto segments = forest.segments(1000, kSpread, offset);
+  uint64_t answered = 0, wrong = 0;
+  for (const Segment& s : segments) {
+    const Visibility answer = scene->classify(s);
+    answered += answer != Visibility::unclassified;
+    bool blocked = false;
+    for (uint32_t k = 0; k < forest.instances.size(); ++k) blocked |= forest.blocked(s, k);
+    wrong += answer == (blocked ? Visibility::clear : Visibility::blocked);
+  }
+  EXPECT_GT(answered, segments.size() / 3);
+  EXPECT_LE(wrong, 2u);  // the referee's own meshes are rounded to a thousandth here
+}
+
+TEST(Scene, DoesNotPromiseBeyondItsReach) {
+  const Forest forest(1, 0, 0, 3);
+  const auto scene = Scene::build(forest.instances);
+  Segment s{{0, 0, 0}, 0, {0, 0, 0}, 1};
+  for (int a = 0; a < 3; ++a) {
+    s.origin[a] = forest.instances[0].to_world.rows[a][3] + (a == 0 ? 1e6f : 0.0f);
+    s.direction[a] = a == 0 ? -2e6f : 0.0f;
+  }
+  EXPECT_EQ(scene->classify(s), Visibility::unclassified);
+}
+
+TEST(Scene, HeedsMasksOriginsAndInstancesWithoutSidecars) {
+  Forest forest(20, kSpread, 0, 3);
+  for (size_t i = 0; i < forest.instances.size(); ++i) forest.instances[i].mask = 1u << (i % 3);
+  for (size_t i = 0; i < 5; ++i) forest.instances[i].object.reset();
+  const auto scene = Scene::build(forest.instances);
+  const auto segments = forest.segments(600, kSpread, 0);
+  uint64_t open_boxes = 0;
+  for (const Segment& s : segments)
+    for (uint32_t mask : {1u, 5u, 0u}) {
+      SceneQuery query;
+      query.mask = mask;
+      bool blocked = false;
+      for (uint32_t k = 0; k < forest.instances.size(); ++k) blocked |= (forest.instances[k].mask & mask) != 0 && forest.blocked(s, k);
+      EXPECT_EQ(scene->occluded(s, [&](uint32_t k) {
+        EXPECT_NE(forest.instances[k].mask & mask, 0u);
+        open_boxes += k < 5;
+        return forest.blocked(s, k);
+      }, query), blocked);
+    }
+  EXPECT_GT(open_boxes, 0u);
+  // The origin's instance is not looked up: always open where the segment could meet it.
+  for (uint32_t k = 5; k < forest.instances.size(); ++k) {
+    Segment s = segments[k];
+    const SceneInstance& own = forest.instances[k];
+    for (int a = 0; a < 3; ++a) {
+      s.origin[a] = own.to_world.rows[a][3];
+      for (int j = 0; j < 3; ++j) s.origin[a] += own.to_world.rows[a][j] * 0.5f * (own.box_min[j] + own.box_max[j]);
+    }
+    std::array<OpenPair, 64> open;
+    Visibility answer;
+    SceneQuery query;
+    query.origins = std::span(&k, 1);
+    const size_t count = scene->classify(std::span(&s, 1), std::span(&answer, 1), open, query).count;
+    bool listed = answer == Visibility::blocked;
+    for (size_t i = 0; i < count; ++i) listed |= open[i].instance == k;
+    EXPECT_TRUE(listed);
+  }
+}
+
+TEST(Scene, MovesItsInstances) {
+  const Forest before(15, kSpread, 0, 3), after(15, kSpread, 0, 3);
+  auto moved = Scene::build(before.instances);
+  std::vector<Transform> transforms;
+  Random random(4);
+  auto instances = before.instances;
+  for (SceneInstance& instance : instances) {
+    instance.to_world = any_transform(random, kSpread);
+    transforms.push_back(instance.to_world);
+  }
+  EXPECT_FALSE(moved->set_transforms(transforms).has_value());
+  const auto fresh = Scene::build(instances);
+  const auto segments = before.segments(2000, kSpread, 0);
+  std::vector<Visibility> a(segments.size()), b(segments.size());
+  moved->classify(segments, a);
+  fresh->classify(segments, b);
+  EXPECT_EQ(a, b);
+  EXPECT_TRUE(moved->set_transforms(std::span(transforms).first(3)).has_value());
+  transforms[7].rows[1][1] = std::numeric_limits<float>::quiet_NaN();
+  const auto refused = moved->set_transforms(transforms);
+  ASSERT_TRUE(refused.has_value());
+  EXPECT_NE(refused->message.find("instance 7"), std::string::npos);
+  moved->classify(segments, b);
+  EXPECT_EQ(a, b);  // nothing has changed
+}
+
+TEST(Scene, RefusesWhatCannotBePlaced) {
+  const Forest forest(2, kSpread, 0, 3);
+  const auto refused = [&](const auto& spoil) {
+    auto instances = forest.instances;
+    spoil(instances[1]);
+    const auto scene = Scene::build(instances);
+    return !scene.ok() && scene.error().code == ErrorCode::usage && scene.error().message.find("instance 1") != std::string::npos;
+  };
+  EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world.rows[0][3] = std::numeric_limits<float>::infinity(); }));
+  EXPECT_TRUE(refused([](SceneInstance& i) { for (auto& row : i.to_world.rows) row[0] = row[1]; }));
+  EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world = {}; }));
+  EXPECT_TRUE(refused([](SceneInstance& i) { i.box_max[2] = i.box_min[2] - 1; }));
+  EXPECT_FALSE(Scene::build(forest.instances, "abacus").ok());
+  const auto empty = Scene::build({});
+  ASSERT_TRUE(empty.ok());
+  EXPECT_EQ(empty->classify(forest.segments(1, 1, 0)[0]), Visibility::clear);
+}
+
+TEST(Scene, TakesAnyFloatsAndManyOpenInstances) {
+  // A hundred boxes without sidecars in one place: more than a single call can list.
+  std::vector<SceneInstance> instances(100);
+  for (SceneInstance& i : instances)
+    i = {std::nullopt, {-1, -1, -1}, {1, 1, 1}, {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+  const auto scene = Scene::build(instances);
+  const Segment through{{-3, 0, 0}, 0, {6, 0.1f, 0.2f}, 1}, beside{{-3, 5, 0}, 0, {6, 0.1f, 0.2f}, 1};
+  for (uint32_t wanted : {0u, 63u, 64u, 99u}) {
+    EXPECT_TRUE(scene->occluded(through, [&](uint32_t k) { return k == wanted; }));
+    EXPECT_FALSE(scene->occluded(beside, [&](uint32_t) { return true; }));
+  }
+  EXPECT_FALSE(scene->occluded(through, [&](uint32_t) { return false; }));
+  for (int k = 0; k < 8; ++k)
+    for (float odd : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 3e38f, -1e-45f}) {
+      float values[8];
+      std::memcpy(values, &through, sizeof through);
+      values[k] = odd;
+      Segment s;
+      std::memcpy(&s, values, sizeof s);
+      const Visibility answer = scene->classify(s);
+      if (std::isnan(odd)) {
+        EXPECT_EQ(answer, Visibility::unclassified);
+        EXPECT_TRUE(scene->occluded(s, [&](uint32_t i) { return i == 99; }));
+      }
+      EXPECT_NE(answer, Visibility::blocked);
+    }
+}
+
+TEST(Scene, DoesNotAllocate) {
+  const Forest forest(20, kSpread, 0, 3);
+  const auto scene = Scene::build(forest.instances);
+  const auto segments = forest.segments(500, kSpread, 0);
+  std::vector<Visibility> answers(segments.size());
+  std::vector<OpenPair> open(5000);
+  const uint64_t before = allocation_count();
+  scene->classify(segments, answers, open);
+  for (const Segment& s : segments) (void)scene->occluded(s, [](uint32_t) { return false; });
+  EXPECT_EQ(allocation_count(), before);
+}
+
+}  // namespace
+}  // namespace vcd::test
