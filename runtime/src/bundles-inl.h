@@ -54,33 +54,35 @@ HWY_INLINE void place(const SphereBundle& bundle, const BeamFrame& frame, ChunkO
   pad(chunk);
 }
 
-// Segments of one run, a group of kWidth of them.
-HWY_INLINE Lanes group_of(const QuadBundle&, const BeamFrame& frame, const ChunkOfBundle& chunk, size_t at) {
-  const Floats u = hn::LoadU(F(), chunk.u + at), v = hn::LoadU(F(), chunk.v + at);
-  Lanes lanes;
-  for (int a = 0; a < 3; ++a) {
-    lanes.origin[a] = all(frame.origin[a]);
-    lanes.direction[a] = hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(u, all(frame.edge_u[a]))), hn::Mul(v, all(frame.edge_v[a])));
+// Directions of one run's segments.
+HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const ChunkOfBundle& chunk, size_t at, float* const (&into)[3]) {
+  for (size_t i = 0; i < kRun; i += kWidth) {
+    const Floats u = hn::LoadU(F(), chunk.u + at + i), v = hn::LoadU(F(), chunk.v + at + i);
+    for (int a = 0; a < 3; ++a)
+      hn::StoreU(hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(u, all(frame.edge_u[a]))), hn::Mul(v, all(frame.edge_v[a]))), F(), into[a] + i);
   }
-  lanes.t_min = hn::Zero(F());
-  lanes.t_max = all(1.0f);
-  return lanes;
 }
-HWY_INLINE Lanes group_of(const SphereBundle& bundle, const BeamFrame&, const ChunkOfBundle& chunk, size_t at) {
-  HWY_ALIGN float target[3][kWidth];
-  for (size_t k = 0; k < kWidth; ++k) {
+HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, const ChunkOfBundle& chunk, size_t at, float* const (&into)[3]) {
+  for (size_t k = 0; k < kRun; ++k) {
     const size_t i = chunk.first + std::min(at + k, chunk.count - 1);
-    target[0][k] = bundle.x[i], target[1][k] = bundle.y[i], target[2][k] = bundle.z[i];
+    into[0][k] = bundle.x[i] - bundle.origin[0], into[1][k] = bundle.y[i] - bundle.origin[1], into[2][k] = bundle.z[i] - bundle.origin[2];
   }
-  Lanes lanes;
-  for (int a = 0; a < 3; ++a) {
-    lanes.origin[a] = all(bundle.origin[a]);
-    lanes.direction[a] = hn::Sub(hn::Load(F(), target[a]), lanes.origin[a]);
-  }
-  lanes.t_min = hn::Zero(F());
-  lanes.t_max = all(1.0f);
-  return lanes;
 }
+
+// A few runs as arrays of segments, all from one point.
+struct RunsAsArrays {
+  static constexpr size_t kMost = kChunk / kRun;
+  HWY_ALIGN float origin[3][kChunk], direction[3][kChunk], t_min[kChunk], t_max[kChunk];
+
+  explicit RunsAsArrays(const float (&point)[3]) {
+    for (int a = 0; a < 3; ++a) std::fill_n(origin[a], kChunk, point[a]);
+    std::fill_n(t_min, kChunk, 0.0f);
+    std::fill_n(t_max, kChunk, 1.0f);
+  }
+  SegmentArrays view(size_t runs) const {
+    return {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, runs * kRun};
+  }
+};
 
 // count: a multiple of kRun.
 HWY_INLINE void bounds_of(const float* values, size_t count, float (&bounds)[2]) {
@@ -147,7 +149,7 @@ HWY_INLINE Visibility beam_class(const ObjectData& data, const Corners& corners,
   return found == Visibility::blocked && !pierces ? Visibility::unclassified : found;
 }
 
-template <uint32_t kDepth, class Bundle>
+template <class Bundle>
 HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, const BeamFrame& frame, const ChunkOfBundle& chunk,
                                   uint64_t* blocked, uint64_t* open) {
   const size_t runs = (chunk.count + kRun - 1) / kRun;
@@ -178,13 +180,14 @@ HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, 
   } else {
     for (size_t r = 0; r < runs; ++r) undecided[count++] = r;
   }
-  constexpr size_t kRunsAtOnce = kChunk / kRun, kGroups = kRun / kWidth;
-  for (size_t first = 0; first < count; first += kRunsAtOnce) {
-    const size_t some = std::min(kRunsAtOnce, count - first);
+  if (count == 0) return;
+  RunsAsArrays lone(frame.origin);
+  for (size_t first = 0; first < count; first += RunsAsArrays::kMost) {
+    const size_t some = std::min(RunsAsArrays::kMost, count - first);
+    for (size_t k = 0; k < some; ++k)
+      directions_of(bundle, frame, chunk, undecided[first + k] * kRun, {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
     Visibility answers[kChunk];
-    classify_chunk<kDepth>(data, some * kGroups, [&](size_t g) HWY_ATTR {
-      return group_of(bundle, frame, chunk, undecided[first + g / kGroups] * kRun + g % kGroups * kWidth);
-    }, answers);
+    data.many.arrays(data, lone.view(some), answers);
     for (size_t k = 0; k < some; ++k) {
       const size_t at = chunk.first + undecided[first + k] * kRun;
       const uint64_t real = (uint64_t{1} << in_run(undecided[first + k])) - 1;
@@ -194,7 +197,7 @@ HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, 
   }
 }
 
-template <uint32_t kDepth, class Bundle>
+template <class Bundle>
 void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
   clear_bits(bundle.size(), blocked, open);
   const BeamFrame frame = beam_frame(data.frame, bundle);
@@ -202,7 +205,7 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
   for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kBundleChunk) {
     chunk.count = std::min(kBundleChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
-    classify_chunk_of<kDepth>(data, bundle, frame, chunk, blocked, open);
+    classify_chunk_of(data, bundle, frame, chunk, blocked, open);
   }
 }
 

@@ -31,8 +31,8 @@ namespace HWY_NAMESPACE {
 template <uint32_t... kDepths>
 Kernels kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   return {hwy::TargetName(HWY_TARGET),
-          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyBundleOf<kDepths + 1, QuadBundle>,
-                       &ClassifyBundleOf<kDepths + 1, SphereBundle>}...},
+          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyBundleOf<QuadBundle>,
+                       &ClassifyBundleOf<SphereBundle>}...},
           &ClassifySceneOf};
 }
 Kernels MakeKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
