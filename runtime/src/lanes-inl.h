@@ -93,9 +93,15 @@ HWY_INLINE Words row_major_of(Words stuv) {
   return hn::And(hn::Or(pairs, hn::ShiftRight<16 - 2 * kBits>(pairs)), all((1u << 4 * kBits) - 1));
 }
 
+#ifdef __SANITIZE_ADDRESS__
+#define VCD_LOCATE_INLINE HWY_NOINLINE  // forty-eight copies with checks would compile for minutes
+#else
+#define VCD_LOCATE_INLINE HWY_INLINE
+#endif
+
 // The same operations in the same order as locate(), for valid lines that hit. Of others pair and stuv are anything that
 // exists.
-HWY_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes) {
+VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes) {
   const Floats zero = hn::Zero(F());
   Floats p[3], q[3], near[3], far[3];
   for (int i = 0; i < 3; ++i) {
@@ -164,6 +170,8 @@ HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const L
   return {hn::IfThenElse(hn::RebindMask(U(), hn::AndNot(outside, answerable)), in_table, all(kShape.top_words())),
           hn::IfThenElse(hn::RebindMask(U(), answerable), answers, all(kNone))};
 }
+
+#undef VCD_LOCATE_INLINE
 
 // groups · kWidth segments, at most kChunk, that load_group(i) gives in groups.
 template <uint32_t kDepth, class Load>
