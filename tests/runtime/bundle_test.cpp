@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include <gtest/gtest.h>
 
@@ -16,20 +15,10 @@
 #include "support/count_allocations.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/random.h"
 
 namespace vcd::test {
 namespace {
-
-class Random {
- public:
-  explicit Random(uint64_t seed) : engine_(seed) {}
-  uint32_t below(uint32_t n) { return static_cast<uint32_t>(engine_() % n); }
-  float uniform() { return static_cast<float>(engine_() >> 40) * 0x1p-24f; }
-  float between(float a, float b) { return a + (b - a) * uniform(); }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 struct Light {
   std::vector<float> u, v;        // of a quadrilateral
@@ -39,7 +28,7 @@ struct Light {
 };
 
 // Points around a box, lights of all sizes beyond it, before it, in it and beside it; samples in sixteens.
-Light any_light(const ObjectRecord& record, Random& random) {
+Light any_light(const ObjectRecord& record, FloatRandom& random) {
   Light light;
   const auto size = [&](int a) { return record.box_max[a] - record.box_min[a]; };
   const auto middle = [&](int a) { return 0.5f * (record.box_min[a] + record.box_max[a]); };
@@ -112,7 +101,7 @@ void compare_many(const BakedObject& baked, int bundles, const Judge& judge) {
     options.kernel = kernel;
     const auto sidecar = Sidecar::open_buffer(bytes, options);
     const Object object = sidecar->object(0);
-    Random random(11);
+    FloatRandom random(11);
     Tally quads, spheres;
     for (int k = 0; k < bundles; ++k) {
       const Light light = any_light(object.record(), random);
@@ -165,7 +154,7 @@ TEST(Bundle, TakesAnyFloats) {
     OpenOptions options;
     options.kernel = kernel;
     const auto sidecar = Sidecar::open_buffer(bytes, options);
-    Random random(3);
+    FloatRandom random(3);
     Tally tally;
     for (int k = 0; k < 3000; ++k) {
       Light light = any_light(baked.record, random);
@@ -186,7 +175,7 @@ TEST(Bundle, DoesNotAllocate) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});
   const auto sidecar = Sidecar::open_buffer(bytes);
-  Random random(1);
+  FloatRandom random(1);
   const Light light = any_light(baked.record, random);
   uint64_t blocked[16], open[16];
   const uint64_t before = allocation_count();
@@ -201,7 +190,7 @@ TEST(Bundle, InC) {
   const auto sidecar = Sidecar::open_buffer(bytes);
   const vcd_sidecar* in_c = nullptr;
   ASSERT_EQ(vcd_open_buffer(bytes.data(), bytes.size(), nullptr, &in_c, nullptr), VCD_SUCCESS);
-  Random random(1);
+  FloatRandom random(1);
   for (int k = 0; k < 100; ++k) {
     const Light light = any_light(baked.record, random);
     const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
@@ -239,7 +228,7 @@ Visibility slow_range_class(const TreeView& tree, const CellRange& r) {
 }
 
 TEST(RangeClass, IsThatOfEveryCell) {
-  Random random(5);
+  FloatRandom random(5);
   std::array<uint64_t, 3> seen{};
   uint64_t given_up = 0;
   for (uint32_t depth = 1; depth <= 8; ++depth) {

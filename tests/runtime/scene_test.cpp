@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <random>
 
 #include <gtest/gtest.h>
 
@@ -14,22 +13,13 @@
 #include "support/count_allocations.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/random.h"
 
 namespace vcd::test {
 namespace {
 
-class Random {
- public:
-  explicit Random(uint64_t seed) : engine_(seed) {}
-  uint32_t below(uint32_t n) { return static_cast<uint32_t>(engine_() % n); }
-  float between(float a, float b) { return a + (b - a) * (static_cast<float>(engine_() >> 40) * 0x1p-24f); }
-
- private:
-  std::mt19937_64 engine_;
-};
-
 // Turned, stretched along its axes by up to four, mirrored now and then.
-Transform any_transform(Random& random, float spread) {
+Transform any_transform(FloatRandom& random, float spread) {
   double q[4], length = 0;
   for (double& x : q) x = random.between(-1, 1), length += x * x;
   for (double& x : q) x /= std::sqrt(length);
@@ -56,7 +46,7 @@ struct Forest {
   std::vector<Referee> referees;  // of each instance's mesh in the world, rounded to float
 
   Forest(size_t count, float spread, float offset, uint32_t depth) {
-    Random random(count);
+    FloatRandom random(count);
     for (SourceMesh mesh : {sphere(12, 20), leaves(60)}) {
       BakeOptions options;
       options.method = Method::proven, options.depth = depth;
@@ -83,7 +73,7 @@ struct Forest {
   bool blocked(const Segment& s, uint32_t instance) const { return referees[instance].occluded(s); }
   // Segments between two places among the instances, some of them from far away.
   std::vector<Segment> segments(size_t count, float spread, float offset) const {
-    Random random(99);
+    FloatRandom random(99);
     std::vector<Segment> all;
     for (size_t i = 0; i < count; ++i) {
       Segment s{};
@@ -228,7 +218,7 @@ TEST(Scene, MovesItsInstances) {
   const Forest before(15, kSpread, 0, 3), after(15, kSpread, 0, 3);
   auto moved = Scene::build(before.instances);
   std::vector<Transform> transforms;
-  Random random(4);
+  FloatRandom random(4);
   auto instances = before.instances;
   for (SceneInstance& instance : instances) {
     instance.to_world = any_transform(random, kSpread);
