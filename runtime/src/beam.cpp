@@ -16,6 +16,8 @@ double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2]
 // In the L1 norm of grid units: so far away rounding stays well below the guard band. 64 boxes.
 constexpr float kFarthestBeam = 0x1p14f;
 
+}  // namespace
+
 // False for anything that is not finite, too.
 bool near_enough(const GridFrame& frame, const BeamFrame& beam) {
   float distance = 0, size = 0;
@@ -26,9 +28,7 @@ bool near_enough(const GridFrame& frame, const BeamFrame& beam) {
   return distance <= kFarthestBeam && size <= kFarthestBeam;
 }
 
-}  // namespace
-
-BeamFrame beam_frame(const GridFrame& frame, const QuadBundle& b) {
+BeamFrame beam_frame(const QuadBundle& b) {
   BeamFrame beam{};
   for (int a = 0; a < 3; ++a) {
     beam.origin[a] = b.origin[a];
@@ -36,12 +36,12 @@ BeamFrame beam_frame(const GridFrame& frame, const QuadBundle& b) {
     beam.edge_u[a] = b.edge_u[a], beam.edge_v[a] = b.edge_v[a];
   }
   beam.reach = 1;
-  beam.usable = near_enough(frame, beam);
+  beam.usable = true;
   return beam;
 }
 
 // The square, perpendicular to the line to the centre, that lies just before the sphere and is as wide as it seems there.
-BeamFrame beam_frame(const GridFrame& frame, const SphereBundle& b) {
+BeamFrame beam_frame(const SphereBundle& b) {
   BeamFrame beam{};
   std::copy_n(b.origin, 3, beam.origin);
   Vec axis;
@@ -68,8 +68,38 @@ BeamFrame beam_frame(const GridFrame& frame, const SphereBundle& b) {
     beam.to_u[a] = static_cast<float>(first[a] * height / (2 * half)), beam.to_v[a] = static_cast<float>(second[a] * height / (2 * half));
   }
   beam.reach = (distance + radius) / height * (1 + kSlack);
-  beam.usable = near_enough(frame, beam);
+  beam.usable = true;
   return beam;
+}
+
+namespace {
+
+void pad(BundleChunk& chunk) {
+  for (size_t i = chunk.count; i % kRun != 0; ++i) chunk.own_u[i] = chunk.own_u[chunk.count - 1], chunk.own_v[i] = chunk.own_v[chunk.count - 1];
+  chunk.u = chunk.own_u, chunk.v = chunk.own_v;
+}
+
+}  // namespace
+
+void place(const QuadBundle& bundle, const BeamFrame&, BundleChunk& chunk) {
+  chunk.u = bundle.u.data() + chunk.first, chunk.v = bundle.v.data() + chunk.first;
+  if (chunk.count % kRun == 0) return;
+  std::copy_n(chunk.u, chunk.count, chunk.own_u);
+  std::copy_n(chunk.v, chunk.count, chunk.own_v);
+  pad(chunk);
+}
+
+// Where the segments cross the square before the sphere.
+void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk) {
+  for (size_t i = 0; i < chunk.count; ++i) {
+    const size_t at = chunk.first + i;
+    const float d[3] = {bundle.x[at] - bundle.origin[0], bundle.y[at] - bundle.origin[1], bundle.z[at] - bundle.origin[2]};
+    const auto along = [&](const float(&n)[3]) { return d[0] * n[0] + d[1] * n[1] + d[2] * n[2]; };
+    const float scale = 1.0f / along(frame.axis);
+    chunk.own_u[i] = along(frame.to_u) * scale + 0.5f;
+    chunk.own_v[i] = along(frame.to_v) * scale + 0.5f;
+  }
+  pad(chunk);
 }
 
 bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], const float v[2]) {

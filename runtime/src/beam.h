@@ -1,6 +1,9 @@
 // The beam from one point through a parallelogram: what decides for a bundle as a whole. See spec/design.md, "Bundles".
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include <vcd/format/line_cell.h>
 #include <vcd/runtime/bundle.h>
 
@@ -9,7 +12,7 @@ namespace vcd {
 // Corner lines that leave the box later along their parameter, which is 1 on the parallelogram, decide nothing.
 inline constexpr float kFarthestExit = 2.0f;
 
-// In the object's frame. All that follows `origin` is seen from there.
+// In the bundle's frame. All that follows `origin` is seen from there.
 struct BeamFrame {
   bool usable;  // false: only the segments' own arrays of floats count
   float origin[3];
@@ -19,10 +22,28 @@ struct BeamFrame {
   double reach;  // segments end at most so many times as far away as the parallelogram
 };
 
-BeamFrame beam_frame(const GridFrame& frame, const QuadBundle& bundle);
-BeamFrame beam_frame(const GridFrame& frame, const SphereBundle& bundle);
+BeamFrame beam_frame(const QuadBundle& bundle);
+BeamFrame beam_frame(const SphereBundle& bundle);  // not usable from in or close to the sphere
+
+// Whether rounding in this object's grid stays well below the guard band.
+bool near_enough(const GridFrame& frame, const BeamFrame& beam);
 
 // True only if no segment through u, v within these ranges meets the object.
 bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], const float v[2]);
+
+// Samples that are decided together, and how many of a bundle are worked on at once.
+inline constexpr size_t kRun = 16, kBundleChunk = 256, kRuns = kBundleChunk / kRun;
+
+// Some of a bundle's samples, by their place on the parallelogram.
+struct BundleChunk {
+  size_t first, count;  // first: a multiple of kBundleChunk
+  const float *u, *v;   // count of them, and the last again up to a whole run
+  alignas(64) float own_u[kBundleChunk], own_v[kBundleChunk];
+
+  size_t runs() const { return (count + kRun - 1) / kRun; }
+  size_t in_run(size_t r) const { return r + 1 < runs() ? kRun : count - r * kRun; }
+};
+void place(const QuadBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
+void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 
 }  // namespace vcd

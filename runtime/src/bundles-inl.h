@@ -12,57 +12,24 @@
 
 #include "beam.h"
 #include "bits.h"
-#include "lanes-inl.h"
+#include "placed-inl.h"
 #include "range_class.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
 
-// Samples of a chunk of a bundle, by their place on the light: sixteen are a run, and decided as one where possible.
-constexpr size_t kRun = 16, kBundleChunk = 256, kRuns = kBundleChunk / kRun;
 static_assert(kRun % kWidth == 0 && kChunk % kRun == 0);
 
-struct ChunkOfBundle {
-  size_t first, count;
-  const float *u, *v;  // count of them, and the last again up to a whole run
-  HWY_ALIGN float own_u[kBundleChunk], own_v[kBundleChunk];
-};
-
-HWY_INLINE void pad(ChunkOfBundle& chunk) {
-  for (size_t i = chunk.count; i % kRun != 0; ++i) chunk.own_u[i] = chunk.own_u[chunk.count - 1], chunk.own_v[i] = chunk.own_v[chunk.count - 1];
-  chunk.u = chunk.own_u, chunk.v = chunk.own_v;
-}
-
-HWY_INLINE void place(const QuadBundle& bundle, const BeamFrame&, ChunkOfBundle& chunk) {
-  chunk.u = bundle.u.data() + chunk.first, chunk.v = bundle.v.data() + chunk.first;
-  if (chunk.count % kRun == 0) return;
-  std::copy_n(chunk.u, chunk.count, chunk.own_u);
-  std::copy_n(chunk.v, chunk.count, chunk.own_v);
-  pad(chunk);
-}
-// Where the segments cross the square before the sphere.
-HWY_INLINE void place(const SphereBundle& bundle, const BeamFrame& frame, ChunkOfBundle& chunk) {
-  for (size_t i = 0; i < chunk.count; ++i) {
-    const size_t at = chunk.first + i;
-    const float d[3] = {bundle.x[at] - bundle.origin[0], bundle.y[at] - bundle.origin[1], bundle.z[at] - bundle.origin[2]};
-    const auto along = [&](const float(&n)[3]) { return d[0] * n[0] + d[1] * n[1] + d[2] * n[2]; };
-    const float scale = 1.0f / along(frame.axis);
-    chunk.own_u[i] = along(frame.to_u) * scale + 0.5f;
-    chunk.own_v[i] = along(frame.to_v) * scale + 0.5f;
-  }
-  pad(chunk);
-}
-
 // Directions of one run's segments.
-HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const ChunkOfBundle& chunk, size_t at, float* const (&into)[3]) {
+HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const BundleChunk& chunk, size_t at, float* const (&into)[3]) {
   for (size_t i = 0; i < kRun; i += kWidth) {
     const Floats u = hn::LoadU(F(), chunk.u + at + i), v = hn::LoadU(F(), chunk.v + at + i);
     for (int a = 0; a < 3; ++a)
       hn::StoreU(hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(u, all(frame.edge_u[a]))), hn::Mul(v, all(frame.edge_v[a]))), F(), into[a] + i);
   }
 }
-HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, const ChunkOfBundle& chunk, size_t at, float* const (&into)[3]) {
+HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, const BundleChunk& chunk, size_t at, float* const (&into)[3]) {
   for (size_t k = 0; k < kRun; ++k) {
     const size_t i = chunk.first + std::min(at + k, chunk.count - 1);
     into[0][k] = bundle.x[i] - bundle.origin[0], into[1][k] = bundle.y[i] - bundle.origin[1], into[2][k] = bundle.z[i] - bundle.origin[2];
@@ -111,7 +78,8 @@ struct Corners {
 };
 constexpr uint32_t kNoRoute = 0xFF;
 
-HWY_INLINE void locate_corners(const ObjectData& data, const BeamFrame& frame, const float* u, const float* v, size_t count, Corners& corners) {
+template <class Grid>
+HWY_INLINE void locate_corners(const Grid& grid, const BeamFrame& frame, const float* u, const float* v, size_t count, Corners& corners) {
   for (size_t at = 0; at < count; at += kWidth) {
     const Floats cu = hn::Load(F(), u + at), cv = hn::Load(F(), v + at);
     Lanes lanes;
@@ -119,7 +87,7 @@ HWY_INLINE void locate_corners(const ObjectData& data, const BeamFrame& frame, c
       lanes.origin[a] = all(frame.origin[a]);
       lanes.direction[a] = hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
     }
-    const Lines lines = locate_lines(data.frame, lanes);
+    const Lines lines = grid.corner_lines(frame, lanes, cu, cv);
     const Truth usable = hn::And(hn::And(lines.valid, hn::Lt(lines.entry, lines.exit)),
                                  hn::And(hn::Gt(lines.entry, hn::Zero(F())), hn::Le(lines.exit, all(kFarthestExit))));
     const Words route = hn::Or(hn::ShiftLeft<1>(lines.pair), hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)));
@@ -149,66 +117,106 @@ HWY_INLINE Visibility beam_class(const ObjectData& data, const Corners& corners,
   return found == Visibility::blocked && !pierces ? Visibility::unclassified : found;
 }
 
-template <class Bundle>
-HWY_INLINE void classify_chunk_of(const ObjectData& data, const Bundle& bundle, const BeamFrame& frame, const ChunkOfBundle& chunk,
+// In the object's own frame.
+struct OwnGrid {
+  const ObjectData& data;
+
+  HWY_INLINE Lines corner_lines(const BeamFrame&, const Lanes& lanes, Floats, Floats) const { return locate_lines(data.frame, lanes); }
+  void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.arrays(data, segments, answers); }
+};
+
+// In a scene's frame.
+struct PlacedGrid {
+  const ObjectData& data;
+  const ToGrid& grid;
+
+  HWY_INLINE Lines corner_lines(const BeamFrame& frame, const Lanes& lanes, Floats u, Floats v) const {
+    const OneInstance of{grid};
+    InGrid in = in_grid(of, lanes);
+    Floats size[3];
+    for (int a = 0; a < 3; ++a)
+      size[a] = hn::Add(hn::Add(hn::Abs(all(frame.corner[a])), hn::Abs(hn::Mul(u, all(frame.edge_u[a])))), hn::Abs(hn::Mul(v, all(frame.edge_v[a]))));
+    in.moving = weighted(of, size);
+    return locate_placed(in);
+  }
+  void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.placed(data, grid, segments, answers); }
+};
+
+// Those runs whose bit in `live` is set; answers of the others stay as they are. blocked, open: the chunk's.
+template <class Grid, class Directions>
+HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live, const Directions& directions,
                                   uint64_t* blocked, uint64_t* open) {
-  const size_t runs = (chunk.count + kRun - 1) / kRun;
-  const auto in_run = [&](size_t r) { return std::min(kRun, chunk.count - r * kRun); };
-  const auto block_run = [&](size_t r) { blocked[(chunk.first + r * kRun) / 64] |= bits_from(chunk.first + r * kRun, in_run(r)); };
+  const size_t runs = chunk.runs();
   size_t undecided[kRuns], count = 0;
+  if (runs == 0) return;
   if (frame.usable) {
-    float u_bounds[2], v_bounds[2];
-    bounds_of(chunk.u, runs * kRun, u_bounds);
-    bounds_of(chunk.v, runs * kRun, v_bounds);
-    if (misses(data.frame, frame, u_bounds, v_bounds)) return;
     HWY_ALIGN float u[4 * kRuns], v[4 * kRuns];
     for (size_t r = 0; r < runs; ++r) {
+      float u_bounds[2], v_bounds[2];
       bounds_of(chunk.u + r * kRun, kRun, u_bounds);
       bounds_of(chunk.v + r * kRun, kRun, v_bounds);
       for (size_t c = 0; c < 4; ++c) u[4 * r + c] = u_bounds[c & 1], v[4 * r + c] = v_bounds[c >> 1];
     }
     for (size_t i = 4 * runs; i % kWidth != 0; ++i) u[i] = u[0], v[i] = v[0];
     Corners corners;
-    locate_corners(data, frame, u, v, (4 * runs + kWidth - 1) / kWidth * kWidth, corners);
-    const Visibility whole = beam_class(data, corners, 0, 4 * runs);
+    locate_corners(grid, frame, u, v, (4 * runs + kWidth - 1) / kWidth * kWidth, corners);
+    const Visibility whole = beam_class(grid.data, corners, 0, 4 * runs);
     if (whole == Visibility::clear) return;
     for (size_t r = 0; r < runs; ++r) {
-      const Visibility found = whole == Visibility::blocked ? whole : beam_class(data, corners, 4 * r, 4);
-      if (found == Visibility::blocked) block_run(r);
+      if (!(live >> r & 1)) continue;
+      const Visibility found = whole == Visibility::blocked ? whole : beam_class(grid.data, corners, 4 * r, 4);
+      if (found == Visibility::blocked) blocked[r * kRun / 64] |= bits_from(r * kRun, chunk.in_run(r));
       if (found == Visibility::unclassified) undecided[count++] = r;
     }
   } else {
-    for (size_t r = 0; r < runs; ++r) undecided[count++] = r;
+    for (size_t r = 0; r < runs; ++r)
+      if (live >> r & 1) undecided[count++] = r;
   }
   if (count == 0) return;
   RunsAsArrays lone(frame.origin);
   for (size_t first = 0; first < count; first += RunsAsArrays::kMost) {
     const size_t some = std::min(RunsAsArrays::kMost, count - first);
     for (size_t k = 0; k < some; ++k)
-      directions_of(bundle, frame, chunk, undecided[first + k] * kRun, {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
+      directions(undecided[first + k] * kRun, {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
     Visibility answers[kChunk];
-    data.many.arrays(data, lone.view(some), answers);
+    grid.look_up(lone.view(some), answers);
     for (size_t k = 0; k < some; ++k) {
-      const size_t at = chunk.first + undecided[first + k] * kRun;
-      const uint64_t real = (uint64_t{1} << in_run(undecided[first + k])) - 1;
+      const size_t run = undecided[first + k], at = run * kRun;
+      const uint64_t real = (uint64_t{1} << chunk.in_run(run)) - 1;
       blocked[at / 64] |= (bits_of_run(answers + k * kRun, 1) & real) << (at % 64);
       open[at / 64] |= (bits_of_run(answers + k * kRun, 2) & real) << (at % 64);
     }
   }
 }
 
+inline constexpr uint32_t kAllRuns = (uint32_t{1} << kRuns) - 1;
+
 template <class Bundle>
 void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
   clear_bits(bundle.size(), blocked, open);
-  const BeamFrame frame = beam_frame(data.frame, bundle);
-  ChunkOfBundle chunk;
+  BeamFrame frame = beam_frame(bundle);
+  frame.usable = frame.usable && near_enough(data.frame, frame);
+  BundleChunk chunk;
   for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kBundleChunk) {
     chunk.count = std::min(kBundleChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
-    classify_chunk_of(data, bundle, frame, chunk, blocked, open);
+    float u[2], v[2];
+    bounds_of(chunk.u, chunk.runs() * kRun, u);
+    bounds_of(chunk.v, chunk.runs() * kRun, v);
+    if (frame.usable && misses(data.frame, frame, u, v)) continue;
+    classify_chunk_of(OwnGrid{data}, frame, chunk, kAllRuns, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
+      directions_of(bundle, frame, chunk, at, into);
+    }, blocked + chunk.first / 64, open + chunk.first / 64);
   }
 }
 
+// One instance of a scene that is near enough. directions: of all the chunk's segments, whole runs of them.
+void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
+                      const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
+  classify_chunk_of(PlacedGrid{data, grid}, frame, chunk, live, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
+    for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
+  }, blocked, open);
+}
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd
 HWY_AFTER_NAMESPACE();

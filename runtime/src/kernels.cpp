@@ -15,6 +15,7 @@
 #include <cmath>
 #include <utility>
 
+#include "beam.h"
 #include "bits.h"
 #include "object_data.h"
 #include "scene_data.h"
@@ -31,9 +32,9 @@ namespace HWY_NAMESPACE {
 template <uint32_t... kDepths>
 Kernels kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   return {hwy::TargetName(HWY_TARGET),
-          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyBundleOf<QuadBundle>,
+          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyPlacedOf<kDepths + 1>, &ClassifyBundleOf<QuadBundle>,
                        &ClassifyBundleOf<SphereBundle>}...},
-          &ClassifySceneOf};
+          {&ClassifySceneOf, &BoxesInBeam, &ClassifyBundleIn, &ToObject}};
 }
 Kernels MakeKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
 
@@ -76,32 +77,77 @@ uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
   return met;
 }
 
-void classify_pair(const SceneData& scene, const Segment& segment, const ScenePair& pair, SceneAnswers answers) {
-  const ToGrid& grid = scene.to_grid[pair.instance];
-  float o[3];
-  for (int a = 0; a < 3; ++a) o[a] = segment.origin[a] - grid.centre[a];
-  const float* d = segment.direction;
-  Segment in_grid{{}, segment.t_min, {}, segment.t_max};
-  for (int i = 0; i < 3; ++i) {
-    const float* r = grid.rows[i];
-    in_grid.origin[i] = (r[0] * o[0] + r[1] * o[1]) + (r[2] * o[2] + grid.offset[i]);
-    in_grid.direction[i] = (r[0] * d[0] + r[1] * d[1]) + r[2] * d[2];
+uint32_t boxes_in_beam(const SceneNode& node, const SceneBeam& beam) {
+  uint32_t met = 0;
+  for (int i = 0; i < 8; ++i) {
+    float near = 0, far = beam.t_max;
+    for (int a = 0; a < 3; ++a) {
+      const float low = (node.high[a][i] - beam.origin_low[a]) * beam.inverse_low[a];
+      const float high = (node.low[a][i] - beam.origin_high[a]) * beam.inverse_high[a];
+      (beam.inverse_low[a] < 0 ? near : far) = beam.inverse_low[a] < 0 ? std::max(near, low) : std::min(far, low);
+      (beam.inverse_high[a] > 0 ? near : far) = beam.inverse_high[a] > 0 ? std::max(near, high) : std::min(far, high);
+    }
+    met |= uint32_t{near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack} << i;
   }
+  return met;
+}
+
+// A segment in an instance's grid, and where it lies there.
+struct Placed {
+  PairPlace place;
+  uint32_t face_pair, stuv;
+  float length;
+};
+Placed placed(const ToGrid& grid, const Segment& segment) {
+  const Segment in = in_grid(grid, segment);
+  const float *d = segment.direction, o[3] = {segment.origin[0] - grid.centre[0], segment.origin[1] - grid.centre[1], segment.origin[2] - grid.centre[2]};
   constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
-  const LineCell line = locate(kGridItself, in_grid);
+  const LineCell line = locate(kGridItself, in);
   const auto weighted = [&](const float* x) {
     return (grid.weight[0] * std::abs(x[0]) + grid.weight[1] * std::abs(x[1])) + grid.weight[2] * std::abs(x[2]);
   };
   const auto norm = [](const float* x) { return (std::abs(x[0]) + std::abs(x[1])) + std::abs(x[2]); };
-  const float reach = (weighted(o) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d)) + norm(in_grid.origin);
+  const float reach = (weighted(o) + norm(in.origin)) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d);
   PairPlace place = PairPlace::unknown;
   if (line.valid && reach <= kFarthestReach) {
     const bool outside = !line.hits || segment.t_min >= line.t_exit || segment.t_max <= line.t_entry;
     const bool pierces = segment.t_min <= line.t_entry && segment.t_max >= line.t_exit;
     place = outside ? PairPlace::outside : pierces ? PairPlace::pierces : PairPlace::ends_inside;
   }
-  const uint32_t stuv = line.s << 24 | line.t << 16 | line.u << 8 | line.v;
-  answers.take(pair, pair_answer(scene.objects[pair.instance], place, line.pair, stuv), (line.t_exit - line.t_entry) * norm(in_grid.direction));
+  return {place, line.pair, line.s << 24 | line.t << 16 | line.u << 8 | line.v, (line.t_exit - line.t_entry) * norm(in.direction)};
+}
+
+void classify_pair(const SceneData& scene, const Segment& segment, const ScenePair& pair, SceneAnswers answers) {
+  const Placed p = placed(scene.to_grid[pair.instance], segment);
+  answers.take(pair, pair_answer(scene.objects[pair.instance], p.place, p.face_pair, p.stuv), p.length);
+}
+
+template <uint32_t kDepth>
+void placed_of(const ObjectData& data, const ToGrid& grid, const SegmentArrays& segments, Visibility* answers) {
+  for (size_t i = 0; i < segments.count; ++i) {
+    const Placed p = placed(grid, segment_at(segments, i));
+    answers[i] = pair_answer(&data, p.place, p.face_pair, p.stuv);
+  }
+}
+
+void bundle_in(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
+               const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
+  for (size_t i = 0; i < chunk.count; ++i) {
+    if (!(live >> (i / kRun) & 1)) continue;
+    const auto& o = frame.origin;
+    const Placed p = placed(grid, {{o[0], o[1], o[2]}, 0.0f, {directions[0][i], directions[1][i], directions[2][i]}, 1.0f});
+    set_bits(pair_answer(&data, p.place, p.face_pair, p.stuv), i, blocked, open);
+  }
+}
+
+void to_object(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world, float* const (&origin)[3], float* const (&direction)[3]) {
+  for (size_t i = 0; i < world.count; ++i) {
+    const Segment s = in_grid(grid, segment_at(world, i));
+    for (int a = 0; a < 3; ++a) {
+      origin[a][i] = s.origin[a] * frame.unit[a] + frame.min[a];
+      direction[a][i] = s.direction[a] * frame.unit[a];
+    }
+  }
 }
 
 void scene_one_by_one(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {
@@ -112,9 +158,9 @@ void scene_one_by_one(const SceneData& scene, std::span<const Segment> segments,
 template <uint32_t... kDepths>
 Kernels scalar_kernels(std::integer_sequence<uint32_t, kDepths...>) {
   return {"scalar",
-          {ManyKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1>, &bundle_of<kDepths + 1, QuadBundle>,
-                       &bundle_of<kDepths + 1, SphereBundle>}...},
-          &scene_one_by_one};
+          {ManyKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1>, &placed_of<kDepths + 1>,
+                       &bundle_of<kDepths + 1, QuadBundle>, &bundle_of<kDepths + 1, SphereBundle>}...},
+          {&scene_one_by_one, &boxes_in_beam, &bundle_in, &to_object}};
 }
 
 }  // namespace

@@ -22,22 +22,38 @@ using ClassifyArrays = void (*)(const ObjectData&, const SegmentArrays&, Visibil
 using ClassifyQuad = void (*)(const ObjectData&, const QuadBundle&, uint64_t* blocked, uint64_t* open);
 using ClassifySphere = void (*)(const ObjectData&, const SphereBundle&, uint64_t* blocked, uint64_t* open);
 
+struct ToGrid;
+using ClassifyPlaced = void (*)(const ObjectData&, const ToGrid&, const SegmentArrays& whole_runs, Visibility*);
+
 // Those for one depth.
 struct ManyKernels {
   ClassifySegments segments;
   ClassifyArrays arrays;
+  ClassifyPlaced placed;
   ClassifyQuad quad;
   ClassifySphere sphere;
 };
 
+// For scenes: see scene.cpp.
 struct SceneData;
 struct SceneAnswers;
-using ClassifyScene = void (*)(const SceneData&, std::span<const Segment>, const SceneQuery&, SceneAnswers);
+struct SceneNode;
+struct SceneBeam;
+struct BeamFrame;
+struct BundleChunk;
+struct ToFrame;
+struct SceneKernels {
+  void (*segments)(const SceneData&, std::span<const Segment>, const SceneQuery&, SceneAnswers);
+  uint32_t (*boxes_in_beam)(const SceneNode&, const SceneBeam&);
+  void (*bundle)(const ObjectData&, const ToGrid&, const BeamFrame&, const BundleChunk&, uint32_t live, const float* const (&directions)[3],
+                 uint64_t* blocked, uint64_t* open);
+  void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3], float* const (&direction)[3]);
+};
 
 struct Kernels {
   const char* name;  // as kernels() in <vcd/runtime/sidecar.h> lists it
   std::array<ManyKernels, kMaxDepth> at_depth;  // depth - 1
-  ClassifyScene scene;
+  SceneKernels scene;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar one, which any other equals bit for bit.

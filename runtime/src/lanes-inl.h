@@ -173,17 +173,21 @@ HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const L
 
 #undef VCD_LOCATE_INLINE
 
-// groups · kWidth segments, at most kChunk, that load_group(i) gives in groups.
-template <uint32_t kDepth, class Load>
-HWY_INLINE void classify_chunk(const ObjectData& data, size_t groups, const Load& load_group, Visibility* answers) {
+struct Located {
+  Lanes lanes;
+  Lines lines;
+};
+
+// groups · kWidth segments, at most kChunk, that located(i) gives in groups.
+template <uint32_t kDepth, class Locate>
+HWY_INLINE void classify_chunk(const TreeView& tree, size_t groups, const Locate& located, Visibility* answers) {
   constexpr TreeShape kShape = tree_shape(kDepth);
   constexpr uint32_t kBrickLow = 8 - kShape.levels;
   HWY_ALIGN uint32_t index[kChunk], stuv[kChunk], table[kChunk];
   for (size_t g = 0; g < groups; ++g) {
-    const Lanes lanes = load_group(g);
-    const Lines lines = locate_lines(data.frame, lanes);
-    const ToRead read = what_to_read<kDepth>(data.tree, lanes, lines);
-    hn::Store(gather(data.tree.top, read.slot), U(), index + g * kWidth);
+    const auto [lanes, lines] = located(g);
+    const ToRead read = what_to_read<kDepth>(tree, lanes, lines);
+    hn::Store(gather(tree.top, read.slot), U(), index + g * kWidth);
     hn::Store(lines.stuv, U(), stuv + g * kWidth);
     hn::Store(read.answers, U(), table + g * kWidth);
   }
@@ -191,19 +195,19 @@ HWY_INLINE void classify_chunk(const ObjectData& data, size_t groups, const Load
     constexpr uint32_t kLow = 8 - kShape.top_levels - 2;
     for (size_t at = 0; at < groups * kWidth; at += kWidth) {
       const Words word = hn::Or(hn::ShiftLeft<8>(hn::Load(U(), index + at)), row_major_of<kLow, 2>(hn::Load(U(), stuv + at)));
-      hn::Store(gather(data.tree.blocks256, word), U(), index + at);
+      hn::Store(gather(tree.blocks256, word), U(), index + at);
     }
   }
   if constexpr (kShape.has_blocks16) {
     for (size_t at = 0; at < groups * kWidth; at += kWidth) {
       const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), row_major_of<kBrickLow + 2, 1>(hn::Load(U(), stuv + at)));
-      hn::Store(gather(data.tree.blocks16, word), U(), index + at);
+      hn::Store(gather(tree.blocks16, word), U(), index + at);
     }
   }
   for (size_t at = 0; at < groups * kWidth; at += kWidth) {
     const Words cell = row_major_of<kBrickLow, 2>(hn::Load(U(), stuv + at));
     const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), hn::ShiftRight<4>(cell));
-    const Words bits = hn::Shr(gather(reinterpret_cast<const uint32_t*>(data.tree.bricks), word), hn::ShiftLeft<1>(hn::And(cell, all(15u))));
+    const Words bits = hn::Shr(gather(reinterpret_cast<const uint32_t*>(tree.bricks), word), hn::ShiftLeft<1>(hn::And(cell, all(15u))));
     const Words answer = hn::Shr(hn::Load(U(), table + at), hn::ShiftLeft<1>(hn::And(bits, all(3u))));
     const hn::Rebind<uint8_t, I> bytes;
     hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(I(), hn::And(answer, all(3u)))), bytes, reinterpret_cast<uint8_t*>(answers + at));

@@ -8,8 +8,7 @@
 
 #include <bit>
 
-#include "lanes-inl.h"
-#include "scene_data.h"
+#include "placed-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -39,6 +38,31 @@ HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
   return met;
 }
 
+// Which of a node's boxes a beam could meet.
+HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) {
+  constexpr size_t kStep = hn::MaxLanes(Boxes());
+  const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
+  uint32_t met = 0;
+  for (size_t i = 0; i < 8; i += kStep) {
+    auto near = hn::Zero(Boxes()), far = all8(beam.t_max);
+    const auto bound = [&](auto offset, float inverse, bool first) HWY_ATTR {
+      const auto t = hn::Mul(offset, all8(inverse));
+      if (first) near = hn::Max(near, t);
+      else far = hn::Min(far, t);
+    };
+    for (int a = 0; a < 3; ++a) {
+      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all8(beam.origin_low[a])), beam.inverse_low[a], beam.inverse_low[a] < 0);
+      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all8(beam.origin_high[a])), beam.inverse_high[a], beam.inverse_high[a] > 0);
+    }
+    const auto slack = all8(kBoxSlack);
+    const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(Boxes(), hit, bits);
+    met |= static_cast<uint32_t>(bits[0]) << i;
+  }
+  return met;
+}
+
 // At most kWidth pairs, each instance in its own grid.
 HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs, size_t count,
                                SceneAnswers answers) {
@@ -52,28 +76,12 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   const float* rays = segments.data()->origin;
   const float* grids = scene.to_grid.data()->centre;
   const auto of_segment = [&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), rays + k, from_segment); };
-  const auto of_instance = [&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), grids + k, from_instance); };
-
-  Floats o[3], d[3];
-  for (size_t a = 0; a < 3; ++a) o[a] = hn::Sub(of_segment(a), of_instance(a)), d[a] = of_segment(4 + a);
-  Lanes lanes;
-  lanes.t_min = of_segment(3), lanes.t_max = of_segment(7);
-  for (size_t i = 0; i < 3; ++i) {
-    const Floats r0 = of_instance(3 + 3 * i), r1 = of_instance(4 + 3 * i), r2 = of_instance(5 + 3 * i);
-    lanes.origin[i] = hn::Add(hn::Add(hn::Mul(r0, o[0]), hn::Mul(r1, o[1])), hn::Add(hn::Mul(r2, o[2]), of_instance(12 + i)));
-    lanes.direction[i] = hn::Add(hn::Add(hn::Mul(r0, d[0]), hn::Mul(r1, d[1])), hn::Mul(r2, d[2]));
-  }
-  constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
-  const Lines lines = locate_lines(kGridItself, lanes);
-
-  const auto weighted = [&](const Floats(&x)[3]) HWY_ATTR {
-    Floats sum = hn::Mul(of_instance(15), hn::Abs(x[0]));
-    for (size_t a = 1; a < 3; ++a) sum = hn::Add(sum, hn::Mul(of_instance(15 + a), hn::Abs(x[a])));
-    return sum;
-  };
-  const auto norm = [](const Floats(&x)[3]) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x[0]), hn::Abs(x[1])), hn::Abs(x[2])); };
-  const Floats reach = hn::Add(hn::Add(weighted(o), hn::Mul(hn::Max(hn::Abs(lines.entry), hn::Abs(lines.exit)), weighted(d))), norm(lanes.origin));
-  const Truth usable = hn::And(lines.valid, hn::Le(reach, all(kFarthestReach)));
+  Lanes world;
+  for (size_t a = 0; a < 3; ++a) world.origin[a] = of_segment(a), world.direction[a] = of_segment(4 + a);
+  world.t_min = of_segment(3), world.t_max = of_segment(7);
+  const InGrid in = in_grid([&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), grids + k, from_instance); }, world);
+  const Lanes& lanes = in.lanes;
+  const Lines lines = locate_placed(in);
   const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
   const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
 
@@ -84,7 +92,7 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   const auto number = [](PairPlace p) HWY_ATTR { return all(static_cast<uint32_t>(p)); };
   const Words within = hn::IfThenElse(hn::RebindMask(U(), pierces), number(PairPlace::pierces), number(PairPlace::ends_inside));
   const Words known = hn::IfThenElse(hn::RebindMask(U(), outside), number(PairPlace::outside), within);
-  hn::Store(hn::IfThenElse(hn::RebindMask(U(), usable), known, number(PairPlace::unknown)), U(), place);
+  hn::Store(hn::IfThenElse(hn::RebindMask(U(), lines.valid), known, number(PairPlace::unknown)), U(), place);
   hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(lanes.direction)), F(), length);
   for (size_t k = 0; k < count; ++k)
     answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), face_pair[k], stuv[k]), length[k]);

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <new>
 #include <numeric>
 #include <string>
 
-#include "kernels.h"
-#include "object_data.h"
-#include "scene_data.h"
+#include "scene_state.h"
 
 namespace vcd {
 namespace {
@@ -150,30 +149,24 @@ class Builder {
 
 }  // namespace
 
-struct Scene::State {
-  SceneData data;
-  std::vector<SceneInstance> instances;
-  ClassifyScene classify = nullptr;
-
-  std::optional<Error> set(std::span<const Transform> to_world) {
-    std::vector<Placed> placed;
-    for (size_t i = 0; i < instances.size(); ++i) {
-      const auto one = place(instances[i], to_world[i]);
-      if (!one)
-        return Error{ErrorCode::usage, "instance " + std::to_string(i) + ": its box is empty, or its transform is not finite or cannot be inverted"};
-      placed.push_back(*one);
-    }
-    std::vector<SceneNode> nodes;
-    Builder(placed, nodes).build();
-    data.nodes = std::move(nodes);
-    data.to_grid.clear();
-    for (size_t i = 0; i < placed.size(); ++i) {
-      data.to_grid.push_back(placed[i].to_grid);
-      instances[i].to_world = to_world[i];
-    }
-    return std::nullopt;
+std::optional<Error> Scene::State::set(std::span<const Transform> to_world) {
+  std::vector<Placed> placed;
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const auto one = place(instances[i], to_world[i]);
+    if (!one)
+      return Error{ErrorCode::usage, "instance " + std::to_string(i) + ": its box is empty, or its transform is not finite or cannot be inverted"};
+    placed.push_back(*one);
   }
-};
+  std::vector<SceneNode> nodes;
+  Builder(placed, nodes).build();
+  data.nodes = std::move(nodes);
+  data.to_grid.clear();
+  for (size_t i = 0; i < placed.size(); ++i) {
+    data.to_grid.push_back(placed[i].to_grid);
+    instances[i].to_world = to_world[i];
+  }
+  return std::nullopt;
+}
 
 SceneInstance SceneInstance::of(Object object, const Transform& to_world) {
   SceneInstance instance{object, {}, {}, to_world};
@@ -191,18 +184,31 @@ uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.mas
 
 Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::string& kernel) try {
   auto state = std::make_unique<State>();
+  const std::vector<Kernels> usable = usable_kernels();
+  const auto chosen = std::find_if(usable.begin(), usable.end(), [&](const Kernels& k) { return kernel.empty() || kernel == k.name; });
+  if (chosen == usable.end()) return Error{ErrorCode::usage, "kernel \"" + kernel + "\": this processor has none of that name"};
+  state->kernels = chosen->scene;
   state->instances.assign(instances.begin(), instances.end());
   std::vector<Transform> transforms;
+  std::map<const ObjectData*, const ObjectData*> in_grid;
   for (SceneInstance& instance : state->instances) {
     if (!instance.object) pad_box(instance);
-    const bool answers = instance.object && instance.object->answers();
-    state->data.objects.push_back(answers ? instance.object->data_ : nullptr);
+    const ObjectData* object = instance.object && instance.object->answers() ? instance.object->data_ : nullptr;
+    if (object && !in_grid[object]) {
+      ObjectData copy = *object;
+      copy.frame = {{0, 0, 0, 0}, {1, 1, 1, 0}};
+      copy.many = (fits_gathers(copy.tree) ? *chosen : usable.back()).at_depth[copy.record->depth - 1u];
+      in_grid[object] = &state->in_grid.emplace_back(copy);
+    }
+    state->data.objects.push_back(object ? in_grid[object] : nullptr);
     state->data.masks.push_back(instance.mask);
     transforms.push_back(instance.to_world);
+    ToFrame& frame = state->data.to_frame.emplace_back();
+    for (int a = 0; a < 3; ++a) {
+      frame.unit[a] = (instance.box_max[a] - instance.box_min[a]) / kGrid;
+      frame.min[a] = instance.box_min[a];
+    }
   }
-  for (const Kernels& k : usable_kernels())
-    if (!state->classify && (kernel.empty() || kernel == k.name)) state->classify = k.scene;
-  if (!state->classify) return Error{ErrorCode::usage, "kernel \"" + kernel + "\": this processor has none of that name"};
   if (auto error = state->set(transforms)) return *error;
   return Scene(std::move(state));
 } catch (const std::bad_alloc&) {
@@ -224,14 +230,24 @@ Visibility Scene::classify(const Segment& segment, const SceneQuery& query) cons
 
 void Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers, const SceneQuery& query) const noexcept {
   std::fill_n(answers.begin(), segments.size(), Visibility::clear);
-  state_->classify(state_->data, segments, query, {answers.data(), nullptr});
+  state_->kernels.segments(state_->data, segments, query, {answers.data(), nullptr});
+}
+
+Segment Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
+  Segment s = in_grid(state_->data.to_grid[instance], segment);
+  const ToFrame& frame = state_->data.to_frame[instance];
+  for (int a = 0; a < 3; ++a) {
+    s.origin[a] = s.origin[a] * frame.unit[a] + frame.min[a];
+    s.direction[a] *= frame.unit[a];
+  }
+  return s;
 }
 
 Scene::Open Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers, std::span<OpenPair> open,
                             const SceneQuery& query) const noexcept {
   std::fill_n(answers.begin(), segments.size(), Visibility::clear);
   OpenSink sink{open};
-  state_->classify(state_->data, segments, query, {answers.data(), &sink});
+  state_->kernels.segments(state_->data, segments, query, {answers.data(), &sink});
   // Some of them were blocked by a later instance.
   const auto kept = open.first(sink.count);
   const auto end = std::remove_if(kept.begin(), kept.end(), [&](const OpenPair& p) { return answers[p.segment] == Visibility::blocked; });

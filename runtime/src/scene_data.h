@@ -24,6 +24,24 @@ struct ToGrid {
   float offset[3];
   float weight[3];  // sums of the columns' absolute values: what rounding has to do with each coordinate
 };
+// A segment of the world in an instance's grid.
+inline Segment in_grid(const ToGrid& grid, const Segment& world) {
+  float o[3];
+  for (int a = 0; a < 3; ++a) o[a] = world.origin[a] - grid.centre[a];
+  const float* d = world.direction;
+  Segment segment{{}, world.t_min, {}, world.t_max};
+  for (int i = 0; i < 3; ++i) {
+    const float* r = grid.rows[i];
+    segment.origin[i] = (r[0] * o[0] + r[1] * o[1]) + (r[2] * o[2] + grid.offset[i]);
+    segment.direction[i] = (r[0] * d[0] + r[1] * d[1]) + r[2] * d[2];
+  }
+  return segment;
+}
+
+// From an object's grid to its frame: grid · unit + min.
+struct ToFrame {
+  float unit[3], min[3];
+};
 inline constexpr size_t kToGridFloats = sizeof(ToGrid) / sizeof(float);
 
 // A node of the hierarchy over the instances: eight boxes. Empty places have boxes that nothing meets.
@@ -37,7 +55,8 @@ inline constexpr size_t kDeepest = 96;  // nodes that can wait: 7 a level, and l
 struct SceneData {
   std::vector<SceneNode> nodes;  // the first is the root; none: no instances
   std::vector<ToGrid> to_grid;
-  std::vector<const ObjectData*> objects;  // null: without a sidecar
+  std::vector<ToFrame> to_frame;
+  std::vector<const ObjectData*> objects;  // null: without a sidecar; frame is the grid itself, many the scene's kernel's
   std::vector<uint32_t> masks;
 };
 
@@ -46,7 +65,7 @@ struct ScenePair {
 };
 
 // Beyond this reach a transform's rounding could leave the guard band: unclassified. See spec/design.md, "Scenes".
-inline constexpr float kFarthestReach = 0x1p17f;
+inline constexpr float kFarthestReach = 0x1p16f;
 
 // What is still open, as far as there is room.
 struct OpenSink {
@@ -80,6 +99,13 @@ struct SceneRay {
   float origin[3], inverse[3], t_min, t_max;
 };
 inline constexpr float kBoxSlack = 0x1p-20f;  // of t: covers the rounding of a box test several times
+
+// Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t · high].
+struct SceneBeam {
+  float origin_low[3], origin_high[3];
+  float inverse_low[3], inverse_high[3];  // of the directions' bounds
+  float t_max;                            // from t = 0
+};
 
 // Where a pair's segment is, in the instance's grid.
 enum class PairPlace : uint32_t { unknown, outside, ends_inside, pierces };

@@ -48,7 +48,7 @@ void unclassified_bundle(const ObjectData&, const Bundle& bundle, uint64_t* bloc
   clear_bits(bundle.size(), blocked, open);
   for (size_t i = 0; i < bundle.size(); ++i) set_bits(Visibility::unclassified, i, blocked, open);
 }
-constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, unclassified_bundle<QuadBundle>,
+constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, nullptr, unclassified_bundle<QuadBundle>,
                                        unclassified_bundle<SphereBundle>};
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {

@@ -2,6 +2,7 @@
 #include <vcd/runtime/scene.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -286,15 +287,164 @@ TEST(Scene, TakesAnyFloatsAndManyOpenInstances) {
     }
 }
 
+// What a query of many segments answers, with a caller that knows the truth, against the truth; and what it asked for.
+struct Asked {
+  uint64_t segments = 0, wrong = 0, calls = 0;
+};
+
+template <class Ask>
+Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& segments, const Ask& occluded, const SceneQuery& query,
+          std::vector<uint64_t>& blocked) {
+  Asked asked;
+  blocked.assign((segments.size() + 63) / 64, 7);
+  occluded(blocked, [&](const OpenSegments& open) {
+    ++asked.calls;
+    for (size_t k = 0; k < open.segments.count; ++k) {
+      const Segment& s = segments[open.indices[k]];
+      EXPECT_EQ(open.blocked[k], 0);
+      EXPECT_NE(forest.instances[open.instance].mask & query.mask, 0u);
+      const Segment inside = scene.in_object(open.instance, s), given = segment_at(open.segments, k);
+      EXPECT_EQ(std::memcmp(&inside, &given, sizeof inside), 0);
+      open.blocked[k] = forest.blocked(s, open.instance);
+      ++asked.segments;
+    }
+  });
+  for (size_t i = 0; i < segments.size(); ++i) {
+    bool truth = false;
+    for (uint32_t k = 0; k < forest.instances.size(); ++k) truth |= (forest.instances[k].mask & query.mask) != 0 && forest.blocked(segments[i], k);
+    asked.wrong += truth != (blocked[i / 64] >> (i % 64) & 1);
+  }
+  if (segments.size() % 64) {
+    EXPECT_EQ(blocked.back() >> (segments.size() % 64), 0u);
+  }
+  return asked;
+}
+
+// Neighbours that have much in common, as a renderer's packets have.
+std::vector<Segment> in_sixteens(const std::vector<Segment>& from, FloatRandom& random) {
+  std::vector<Segment> all;
+  for (const Segment& s : from)
+    for (int k = 0; k < 16; ++k) {
+      Segment near = s;
+      for (int a = 0; a < 3; ++a) near.origin[a] += random.between(-0.05f, 0.05f), near.direction[a] += random.between(-0.2f, 0.2f);
+      all.push_back(near);
+    }
+  return all;
+}
+
+TEST(Scene, AnswersArraysWithTheCallersHelp) {
+  Forest forest(kSanitized ? 12 : 40, kSpread, 0, kSanitized ? 3 : 4);
+  for (size_t i = 0; i < forest.instances.size(); ++i) forest.instances[i].mask = i % 5 == 0 ? 2 : 1;
+  forest.instances[1].object.reset();
+  FloatRandom random(5);
+  const auto scattered = forest.segments(kSanitized ? 150 : 2000, kSpread, 0);
+  const auto coherent = in_sixteens(forest.segments(kSanitized ? 20 : 200, kSpread, 0), random);
+  for (const auto* segments : {&scattered, &coherent}) {
+    std::vector<uint32_t> origins;
+    for (size_t i = 0; i < segments->size(); ++i) origins.push_back(random.below(3) ? kNoInstance : random.below(static_cast<uint32_t>(forest.instances.size())));
+    for (const SceneQuery& query : {SceneQuery{}, SceneQuery{1, origins}, SceneQuery{0, {}}}) {
+      std::vector<uint64_t> first;
+      uint64_t first_asked = 0;
+      for (const std::string& kernel : kernels()) {
+        const auto scene = Scene::build(forest.instances, kernel);
+        std::vector<uint64_t> blocked;
+        const Asked asked = ask(forest, *scene, *segments, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(*segments, b, trace, query); },
+                                query, blocked);
+        EXPECT_EQ(asked.wrong, 0u) << kernel;
+        EXPECT_LT(asked.segments, 3 * segments->size()) << kernel;
+        if (first.empty()) first = blocked, first_asked = asked.segments;
+        EXPECT_EQ(blocked, first) << kernel;
+        EXPECT_EQ(asked.segments, first_asked) << kernel;
+        // Packets are short arrays.
+        for (size_t width : {1u, 8u, 16u})
+          for (size_t at = 0; at + width <= segments->size() && at < 320; at += width) {
+            const std::vector<Segment> packet(segments->begin() + static_cast<std::ptrdiff_t>(at), segments->begin() + static_cast<std::ptrdiff_t>(at + width));
+            const SceneQuery own{query.mask, query.origins.empty() ? query.origins : query.origins.subspan(at, width)};
+            std::vector<uint64_t> bits;
+            EXPECT_EQ(ask(forest, *scene, packet, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(packet, b, trace, own); }, own, bits).wrong, 0u);
+          }
+      }
+    }
+  }
+}
+
+// A light somewhere, and its samples.
+struct SceneLight {
+  std::vector<float> u, v, x, y, z;
+  QuadBundle quad{};
+  SphereBundle sphere{};
+
+  SceneLight(FloatRandom& random, size_t count, float spread) {
+    const float size = std::exp2(random.between(-6, 2));
+    const uint32_t across = 1 + static_cast<uint32_t>(std::sqrt(static_cast<float>(count) / 16));
+    for (int a = 0; a < 3; ++a) {
+      sphere.origin[a] = quad.origin[a] = random.between(-1.5f * spread, 1.5f * spread);
+      sphere.centre[a] = random.between(-1.5f * spread, 1.5f * spread);
+      quad.edge_u[a] = random.between(-size, size), quad.edge_v[a] = random.between(-size, size);
+      quad.corner[a] = sphere.centre[a] - 0.5f * (quad.edge_u[a] + quad.edge_v[a]);
+    }
+    sphere.radius = random.below(8) ? size : 2 * spread;
+    for (size_t i = 0; i < count; ++i) {
+      const uint32_t run = static_cast<uint32_t>(i / 16) % (across * across);
+      u.push_back((static_cast<float>(run % across) + random.uniform()) / static_cast<float>(across));
+      v.push_back((static_cast<float>(run / across) + random.uniform()) / static_cast<float>(across));
+      const float phi = 6.2831853f * u[i], height = 2 * v[i] - 1, r = std::sqrt(1 - height * height) * sphere.radius;
+      x.push_back(sphere.centre[0] + r * std::cos(phi));
+      y.push_back(sphere.centre[1] + r * std::sin(phi));
+      z.push_back(sphere.centre[2] + height * sphere.radius);
+    }
+    quad.u = u, quad.v = v, sphere.x = x, sphere.y = y, sphere.z = z;
+  }
+};
+
+TEST(Scene, AnswersBundlesWithTheCallersHelp) {
+  Forest forest(kSanitized ? 12 : 40, kSpread, 0, kSanitized ? 3 : 4);
+  forest.instances[2].object.reset();
+  for (const std::string& kernel : kernels()) {
+    const auto scene = Scene::build(forest.instances, kernel);
+    FloatRandom random(17);
+    uint64_t segments_asked = 0, all = 0, looked_up = 0;
+    const auto one = [&](const auto& bundle) {
+      std::vector<Segment> segments;
+      for (size_t i = 0; i < bundle.size(); ++i) segments.push_back(segment_of(bundle, i));
+      const uint32_t own = random.below(3) ? kNoInstance : random.below(static_cast<uint32_t>(forest.instances.size()));
+      const SceneQuery query{0xFFFFFFFF, std::span(&own, 1)};
+      std::vector<uint64_t> blocked, known((segments.size() + 63) / 64), open(known);
+      const Asked asked = ask(forest, *scene, segments, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(bundle, b, trace, query); }, query, blocked);
+      EXPECT_EQ(asked.wrong, 0u) << kernel;
+      segments_asked += asked.segments, all += segments.size();
+      scene->classify(bundle, known, open, query);
+      for (size_t w = 0; w < known.size(); ++w) {
+        EXPECT_EQ(known[w] & open[w], 0u);
+        EXPECT_EQ((known[w] ^ blocked[w]) & ~open[w], 0u);
+        looked_up += segments.size() ? static_cast<uint64_t>(std::popcount(~open[w])) : 0;
+      }
+    };
+    for (int k = 0; k < (kSanitized ? 20 : 200); ++k) {
+      const SceneLight light(random, random.below(4) ? 128 : 1 + random.below(600), kSpread);
+      one(light.quad);
+      one(light.sphere);
+    }
+    EXPECT_LT(segments_asked, 2 * all);
+    EXPECT_GT(looked_up, all / 3);
+  }
+}
+
 TEST(Scene, DoesNotAllocate) {
   const Forest forest(20, kSpread, 0, 3);
   const auto scene = Scene::build(forest.instances);
   const auto segments = forest.segments(500, kSpread, 0);
   std::vector<Visibility> answers(segments.size());
   std::vector<OpenPair> open(5000);
+  FloatRandom random(3);
+  const SceneLight light(random, 300, kSpread);
+  std::vector<uint64_t> blocked((segments.size() + 63) / 64), left(blocked);
   const uint64_t before = allocation_count();
   scene->classify(segments, answers, open);
   for (const Segment& s : segments) (void)scene->occluded(s, [](uint32_t) { return false; });
+  scene->occluded(segments, blocked, [](const OpenSegments&) {});
+  scene->occluded(light.quad, blocked, [](const OpenSegments&) {});
+  scene->classify(light.sphere, blocked, left);
   EXPECT_EQ(allocation_count(), before);
 }
 

@@ -15,8 +15,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <type_traits>
 #include <utility>
 
+#include <vcd/runtime/bundle.h>
+#include <vcd/runtime/segment_arrays.h>
 #include <vcd/runtime/sidecar.h>
 
 namespace vcd {
@@ -44,14 +47,39 @@ struct OpenPair {
 
 struct SceneQuery {
   uint32_t mask = 0xFFFFFFFF;
-  // The instance that each segment begins on, or kNoInstance; empty if unknown. It is left to the caller without a look-up,
-  // since from inside a box a look-up seldom answers.
+  // The instance that each segment begins on, or kNoInstance; empty if unknown. A bundle has one. It is left to the caller
+  // without a look-up, and before all others are looked up: from inside a box a look-up seldom answers.
   std::span<const uint32_t> origins = {};
 };
 inline constexpr uint32_t kNoInstance = 0xFFFFFFFF;
 
+// Segments of an array or a bundle that could meet one instance: for the caller's own hierarchy over its object.
+struct OpenSegments {
+  uint32_t instance;
+  SegmentArrays segments;   // in the object's frame, t as in the world; at most 256, readable up to a multiple of 16
+  const uint32_t* indices;  // of the same segments in the query
+  uint8_t* blocked;         // 0 for each of them: to become 1 where the instance blocks it
+};
+
+// A reference to the caller's function from OpenSegments to nothing, which must outlive the query.
+class TraceOpen {
+ public:
+  template <class Trace>
+    requires(!std::is_same_v<std::remove_cvref_t<Trace>, TraceOpen>)
+  TraceOpen(Trace&& trace)
+      : context_(std::addressof(trace)), call_([](const void* context, const OpenSegments& open) {
+          (*static_cast<std::remove_reference_t<Trace>*>(const_cast<void*>(context)))(open);
+        }) {}
+  void operator()(const OpenSegments& open) const { call_(context_, open); }
+
+ private:
+  const void* context_;
+  void (*call_)(const void*, const OpenSegments&);
+};
+
 class Scene {
  public:
+  struct State;  // the runtime's own
   // Instances keep their indices. Errors: usage (a transform that is not finite or cannot be inverted, a box that is empty
   // or not finite), with the index; an unknown kernel; runtime (out of memory).
   // kernel: one of kernels(); empty: the fastest.
@@ -94,9 +122,24 @@ class Scene {
     return false;
   }
 
+  // Which segments are blocked, a bit for each: blocked[i / 64] >> i % 64 & 1. trace(const OpenSegments&) is asked for
+  // instances that segments could meet and that no other is known to block, for many segments at once, those first that
+  // most segments could meet.
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
+  // The bundle is in the world's frame. See <vcd/runtime/bundle.h>: promises hold for every segment to a point within 2^-15
+  // of the extents of an instance's box of the sample, in that box's frame.
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
+
+  // The look-ups alone: segments that are neither blocked nor open are clear.
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query = {}) const noexcept;
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query = {}) const noexcept;
+
+  // A segment in the frame of an instance's object; t stays as it is.
+  Segment in_object(uint32_t instance, const Segment& segment) const noexcept;
+
  private:
   static constexpr size_t kMostOpen = 64;
-  struct State;
   explicit Scene(std::unique_ptr<State> state);
   uint32_t mask(uint32_t instance) const noexcept;
   std::unique_ptr<State> state_;
