@@ -57,7 +57,7 @@ class TemporaryFile {
 // One way of casting shadows: its picture, and its counts where a view needs them.
 struct Variant {
   std::string name;  // "bvh" or "vcd"
-  Packets packets;
+  ShadowWays ways;
   Rendered rendered;
   std::optional<CensusPass> census;
 };
@@ -121,9 +121,9 @@ class Program {
     return std::nullopt;
   }
 
-  std::unique_ptr<ShadowCaster> caster(const std::string& name, Packets packets) const {
-    if (name == "bvh") return std::make_unique<BvhShadows>(*world_, packets);
-    return std::make_unique<SidecarShadows>(*world_, sidecars_->objects, packets);
+  std::unique_ptr<ShadowCaster> caster(const std::string& name, const ShadowWays& ways) const {
+    if (name == "bvh") return std::make_unique<BvhShadows>(*world_, ways);
+    return std::make_unique<SidecarShadows>(*world_, sidecars_->objects, ways);
   }
 
   Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
@@ -136,12 +136,12 @@ class Program {
 
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
-    variant.packets = fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return caster(name, p); });
-    auto rendered = render_with(name, [&] { return caster(name, variant.packets); });
+    variant.ways = fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
+    auto rendered = render_with(name, [&] { return caster(name, variant.ways); });
     if (!rendered) return rendered.error();
     variant.rendered = std::move(*rendered);
     if (counter_) {
-      Census census(*world_, name == "bvh" ? std::vector<Object>{} : sidecars_->objects, *counter_, Packets{},
+      Census census(*world_, name == "bvh" ? std::vector<Object>{} : sidecars_->objects, *counter_, EmbreeQuery{1},
                     variant.rendered.image.pixels.size());
       const auto counted = render_with(name + ", counting", [&] { return census.caster(); });
       if (!counted) return counted.error();
@@ -191,7 +191,7 @@ class Program {
   }
 
   Json describe(const Variant& v) const {
-    Json json{{"shadows", v.name}, {"packets", v.packets.name()}, {"seconds", v.rendered.seconds},
+    Json json{{"shadows", v.name}, {"packets", text_of(v.ways)}, {"seconds", v.rendered.seconds},
               {"shadow_thread_seconds", v.rendered.shadow_seconds}, {"shadow_segments", v.rendered.shadow_segments}};
     if (!v.census) return json;
     json["tests"] = v.census->tests;
@@ -221,7 +221,7 @@ class Program {
     for (const Variant& v : variants_) {
       std::printf("  %s  %s, %.1f ns a shadow ray (%s)\n", v.name.c_str(), readable_seconds(v.rendered.seconds).c_str(),
                   1e9 * v.rendered.shadow_seconds / static_cast<double>(std::max<uint64_t>(v.rendered.shadow_segments, 1)),
-                  v.packets.name().c_str());
+                  text_of(v.ways).c_str());
       if (!v.census) continue;
       std::printf("       %s ray-triangle tests of shadow rays", readable_count(static_cast<double>(v.census->tests)).c_str());
       const KindCounts all = v.census->total();

@@ -17,10 +17,10 @@ bool same_bits(const Image& a, const Image& b) {
   return a.pixels.size() == b.pixels.size() && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
 }
 
-MakeCaster bvh(const World& world, Packets packets = {}) {
+MakeCaster bvh(const World& world, EmbreeQuery packets = {1}) {
   return [&world, packets] { return std::make_unique<BvhShadows>(world, packets); };
 }
-MakeCaster with_sidecars(const World& world, const WorldSidecars& sidecars, Packets packets = {}) {
+MakeCaster with_sidecars(const World& world, const WorldSidecars& sidecars, EmbreeQuery packets = {1}) {
   return [&world, &sidecars, packets] { return std::make_unique<SidecarShadows>(world, sidecars.objects, packets); };
 }
 
@@ -104,9 +104,9 @@ TEST(Renderer, UnclassifiedCellsGiveTheBvhsPictureToTheLastBit) {
     BakeOptions options = quick(4);
     options.blank = true;
     const WorldSidecars sidecars = must_bake(world, options, folder);
-    for (const Packets& packets : world.ways_to_trace()) {
+    for (const EmbreeQuery& packets : world.ways_to_trace()) {
       const Image expected = must_render(world, small_picture(), bvh(world, packets)).image;
-      EXPECT_TRUE(same_bits(expected, must_render(world, small_picture(), with_sidecars(world, sidecars, packets)).image)) << packets.name();
+      EXPECT_TRUE(same_bits(expected, must_render(world, small_picture(), with_sidecars(world, sidecars, packets)).image)) << name_of(packets);
     }
   }
 }

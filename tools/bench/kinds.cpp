@@ -61,7 +61,7 @@ Variant timed_look_up(std::string name, const Recording& bundles, std::shared_pt
 }
 
 KindCounts count(const World& world, const Recording& bundles, const SidecarVariant& variant, const TestCounter& counter,
-                 Packets truth) {
+                 EmbreeQuery truth) {
   size_t pixels = 0;
   for (size_t i = 0; i < bundles.size(); ++i) pixels = std::max<size_t>(pixels, bundles[i].pixel + size_t{1});
   Census census(world, *variant.objects, counter, truth, pixels);
@@ -74,13 +74,13 @@ KindCounts count(const World& world, const Recording& bundles, const SidecarVari
 }  // namespace
 
 Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles, const std::vector<SidecarVariant>& variants,
-                  const TestCounter& counter, Packets truth, Packets open_packets, int repetitions) {
-  const std::vector<Packets> ways = world.ways_to_trace();
+                  const TestCounter& counter, EmbreeQuery truth, int repetitions) {
+  const std::vector<EmbreeQuery> ways = world.ways_to_trace();
   std::vector<Variant> runs;
-  for (const Packets& way : ways) runs.push_back(timed(way.name(), bundles, std::make_shared<BvhShadows>(world, way)));
+  for (const EmbreeQuery& way : ways) runs.push_back(timed(name_of(way), bundles, std::make_shared<BvhShadows>(world, way)));
   for (const SidecarVariant& v : variants) {
-    runs.push_back(timed_look_up(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, open_packets)));
-    runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, open_packets)));
+    runs.push_back(timed_look_up(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
+    runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
   }
   const std::vector<Timing> timings = time_interleaved(runs, repetitions);
   const double scale = 1e9 / static_cast<double>(bundles.segment_count());

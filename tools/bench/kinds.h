@@ -13,6 +13,7 @@ namespace vcd {
 struct SidecarVariant {
   std::string id;
   const std::vector<Object>* objects;
+  ShadowWays ways;
 };
 
 // The bundles of a picture by the kind of their segments, each cut where the kind changes and thinned out evenly to about
@@ -20,10 +21,10 @@ struct SidecarVariant {
 std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
                                                    std::array<uint64_t, kSegmentKinds>& all);
 
-// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and with tracing of
-// what it leaves open; interleaved, nanoseconds a segment, on one thread.
+// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its ways
+// do for such segments; interleaved, nanoseconds a segment, on one thread.
 Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles, const std::vector<SidecarVariant>& variants,
-                  const TestCounter& counter, Packets truth, Packets open_packets, int repetitions);
+                  const TestCounter& counter, EmbreeQuery truth, int repetitions);
 
 // Segments, answers, wrong answers and the 95 % bound of their share.
 Json describe_counts(const KindCounts& counts);

@@ -25,6 +25,7 @@ constexpr const char* kSingle = "bvh-single";  // ray by ray, as the paper's ren
 struct OpenVariant {
   std::string id;
   WorldSidecars sidecars;
+  ShadowWays ways = {};
 };
 
 // The steps of one scene. Each asks its entry in the results what is there already.
@@ -176,30 +177,46 @@ class SceneRun {
       if (!opened) return opened.error();
       open_.push_back({id, std::move(*opened)});
     }
-    Json& packets = scene()["packets"];
-    if (!packets.is_object()) {
-      const auto& last = open_[open_.size() - 2].sidecars.objects;
-      packets["bvh"] = describe_packets(fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return bvh_caster(p); }));
-      packets["vcd"] = describe_packets(fastest_packets(*world_, options_.render, world_->ways_to_trace(), [&](Packets p) { return vcd_caster(last, p); }));
+    Json& bvh = variant("bvh");
+    if (!bvh.contains("ways")) {
+      bvh["ways"] = describe_ways(fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
+      for (const OpenVariant& v : open_)
+        variant(v.id)["ways"] = describe_ways(fastest_ways(*world_, options_.render, true, [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
+      // What look-ups cost that never answer.
+      for (Json& kind : variant(kBlank)["ways"]) kind["look_up"] = true;
+      scene()["packets"] = {{"bvh", text_of(ways_of(bvh["ways"]))}, {"vcd", text_of(ways_of(variant(open_[open_.size() - 2].id)["ways"]))}};
     }
-    bvh_packets_ = packets_of(packets["bvh"]);
-    vcd_packets_ = packets_of(packets["vcd"]);
+    bvh_ways_ = ways_of(bvh["ways"]);
+    for (OpenVariant& v : open_) v.ways = ways_of(variant(v.id)["ways"]);
     auto counter = TestCounter::build(*world_);
     if (!counter) return counter.error();
     counter_.emplace(std::move(*counter));
     return std::nullopt;
   }
 
-  static Json describe_packets(Packets p) { return p.name(); }
-  static Packets packets_of(const Json& name) {
-    for (const Packets& p : all_packets(false))
-      if (p.name() == name) return p;
-    return {};
+  static Json describe_ways(const ShadowWays& ways) {
+    Json json = Json::array();
+    for (size_t kind = 0; kind < ways.traced.size(); ++kind)
+      json.push_back({{"traced", name_of(ways.traced[kind])}, {"left", name_of(ways.left[kind])}, {"look_up", ways.policy.look_up(static_cast<From>(kind))}});
+    return json;
+  }
+  static ShadowWays ways_of(const Json& json) {
+    const auto named = [](const Json& name) {
+      for (const EmbreeQuery& query : all_packets(false))
+        if (name_of(query) == name) return query;
+      return EmbreeQuery{1};
+    };
+    ShadowWays ways;
+    for (size_t kind = 0; kind < ways.traced.size(); ++kind) {
+      ways.traced[kind] = named(json[kind]["traced"]), ways.left[kind] = named(json[kind]["left"]);
+      ways.policy.fix(static_cast<From>(kind), json[kind]["look_up"] ? LookUpPolicy::Use::always : LookUpPolicy::Use::never);
+    }
+    return ways;
   }
 
-  std::unique_ptr<ShadowCaster> bvh_caster(Packets p) const { return std::make_unique<BvhShadows>(*world_, p); }
-  std::unique_ptr<ShadowCaster> vcd_caster(const std::vector<Object>& objects, Packets p) const {
-    return std::make_unique<SidecarShadows>(*world_, objects, p);
+  std::unique_ptr<ShadowCaster> bvh_caster(const ShadowWays& ways) const { return std::make_unique<BvhShadows>(*world_, ways); }
+  std::unique_ptr<ShadowCaster> vcd_caster(const std::vector<Object>& objects, const ShadowWays& ways) const {
+    return std::make_unique<SidecarShadows>(*world_, objects, ways);
   }
 
   Result<Rendered> picture(const std::string& what, const MakeCaster& make) const {
@@ -227,7 +244,7 @@ class SceneRun {
 
   std::optional<Error> count_bvh() {
     const size_t pixels = size_t{options_.render.width} * options_.render.height;
-    Census census(*world_, {}, *counter_, bvh_packets_, pixels);
+    Census census(*world_, {}, *counter_, bvh_ways_.traced[0], pixels);
     auto rendered = picture("counting, BVH", [&] { return census.caster(); });
     if (!rendered) return stopped();
     bvh_image_ = std::move(rendered->image);
@@ -243,7 +260,7 @@ class SceneRun {
 
   std::optional<Error> count_variant(const OpenVariant& open) {
     const size_t pixels = size_t{options_.render.width} * options_.render.height;
-    Census census(*world_, open.sidecars.objects, *counter_, bvh_packets_, pixels);
+    Census census(*world_, open.sidecars.objects, *counter_, bvh_ways_.traced[0], pixels);
     const auto rendered = picture("counting, " + open.id, [&] { return census.caster(); });
     if (!rendered) return stopped();
     const CensusPass pass = census.take();
@@ -298,7 +315,7 @@ class SceneRun {
     for (int r = 0; r < options_.repetitions; ++r)
       for (size_t i = 0; i < ids.size(); ++i) {
         const auto rendered = picture("timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i], [&] {
-          return i == 0 ? bvh_caster(bvh_packets_) : i == 1 ? bvh_caster({}) : vcd_caster(open_[i - 2].sidecars.objects, vcd_packets_);
+          return i == 0 ? bvh_caster(bvh_ways_) : i == 1 ? bvh_caster(EmbreeQuery{1}) : vcd_caster(open_[i - 2].sidecars.objects, open_[i - 2].ways);
         });
         if (!rendered) return stopped();
         whole[i].push_back(rendered->seconds);
@@ -320,15 +337,15 @@ class SceneRun {
     const auto kinds = split_by_kind(*world_, record(*world_, sparse), options_.segments_of_kind, all);
     std::vector<SidecarVariant> variants;
     for (const OpenVariant& v : open_)
-      if (v.id != kBlank) variants.push_back({v.id, &v.sidecars.objects});
+      if (v.id != kBlank) variants.push_back({v.id, &v.sidecars.objects, v.ways});
     Json measured = Json::array();
     for (size_t k = 0; k < kSegmentKinds; ++k) {
       if (kinds[k].segment_count() == 0) continue;
       if (interrupted()) return stopped();
       ProgressLine line(label("timing, " + std::string(segment_kind_name(static_cast<SegmentKind>(k)))), options_.quiet);
       line.update({static_cast<double>(k) / kSegmentKinds, kinds[k].segment_count(), 0});
-      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_, bvh_packets_,
-                                      vcd_packets_, options_.repetitions));
+      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_, bvh_ways_.traced[0],
+                                      options_.repetitions));
       measured.back()["share"] = static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
     }
     scene()["kinds"] = measured;
@@ -353,7 +370,7 @@ class SceneRun {
   std::vector<Configuration> configurations_;
   std::vector<OpenVariant> open_;
   std::optional<TestCounter> counter_;
-  Packets bvh_packets_, vcd_packets_;
+  ShadowWays bvh_ways_;
   Image bvh_image_;
   double tests_scale_ = 1;
 };

@@ -74,12 +74,12 @@ class Bench {
 
   // fallback: the packets for what look-ups of arrays leave open; chosen on other segments than these.
   // bundles: the same segments in the same order, or nothing.
-  Comparison compare(const std::vector<Segment>& segments, Packets fallback, std::span<const QuadBundle> bundles = {}) const;
+  Comparison compare(const std::vector<Segment>& segments, EmbreeQuery fallback, std::span<const QuadBundle> bundles = {}) const;
 
   // Embree's fastest way through these segments.
-  Packets fastest_way(const std::vector<Segment>& segments) const {
+  EmbreeQuery fastest_way(const std::vector<Segment>& segments) const {
     std::vector<Variant> variants;
-    for (const Packets& way : all_packets(false)) variants.push_back(traced(way, segments));
+    for (const EmbreeQuery& way : all_packets(false)) variants.push_back(traced(way, segments));
     const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
     return all_packets(false)[static_cast<size_t>(&Comparison::fastest(timings) - timings.data())];
   }
@@ -87,10 +87,10 @@ class Bench {
  private:
   Object object(size_t kernel) const { return opened_.sidecars[kernel].object(opened_.object); }
 
-  Variant traced(Packets way, const std::vector<Segment>& segments) const {
-    return {way.name(), [this, way, &segments] {
+  Variant traced(EmbreeQuery way, const std::vector<Segment>& segments) const {
+    return {name_of(way), [this, way, &segments] {
               uint8_t blocked[kArray];
-              in_parts(segments, [&](std::span<const Segment> part, size_t) { trace(scene_, way, part, blocked); });
+              in_parts(segments, [&](std::span<const Segment> part, size_t) { occluded(scene_, way, part, blocked); });
             }};
   }
 
@@ -105,7 +105,7 @@ class Bench {
   int repetitions_;
 };
 
-Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback, std::span<const QuadBundle> bundles) const {
+Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fallback, std::span<const QuadBundle> bundles) const {
   Comparison result;
   result.segments = segments.size();
   const Object single = object(0);
@@ -120,7 +120,7 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
   }
 
   std::vector<Variant> variants;
-  for (const Packets& way : all_packets(false)) variants.push_back(traced(way, segments));
+  for (const EmbreeQuery& way : all_packets(false)) variants.push_back(traced(way, segments));
   const size_t first_look_up = variants.size();
   volatile uint64_t sink = 0;  // keeps the answers from being optimised away
   variants.push_back({"single calls", [&] {
@@ -158,7 +158,7 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
                         }
                         sink = blocked;
                       }});
-  variants.push_back({opened_.names[0] + " arrays, then " + fallback.name(), [&] {
+  variants.push_back({opened_.names[0] + " arrays, then " + name_of(fallback), [&] {
                         Visibility answers[kArray];
                         std::array<Segment, kArray> left;
                         uint8_t blocked[kArray];
@@ -169,11 +169,11 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
                             left[count] = part[i];
                             count += answers[i] == Visibility::unclassified;
                           }
-                          trace(scene_, fallback, std::span(left).first(count), blocked);
+                          occluded(scene_, fallback, std::span(left).first(count), blocked);
                         });
                       }});
   if (!bundles.empty())
-    variants.push_back({opened_.names[0] + " bundles, then " + fallback.name(), [&] {
+    variants.push_back({opened_.names[0] + " bundles, then " + name_of(fallback), [&] {
                           uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
                           std::array<Segment, kLightSamples> left;
                           uint8_t traced[kLightSamples];
@@ -183,7 +183,7 @@ Comparison Bench::compare(const std::vector<Segment>& segments, Packets fallback
                             for (size_t w = 0; w < std::size(open); ++w)
                               for (uint64_t rest = open[w]; rest; rest &= rest - 1)
                                 left[count++] = segments[b * kLightSamples + 64 * w + static_cast<size_t>(std::countr_zero(rest))];
-                            trace(scene_, fallback, std::span(left).first(count), traced);
+                            occluded(scene_, fallback, std::span(left).first(count), traced);
                           }
                         }});
   const std::vector<Timing> timings = time_interleaved(variants, repetitions_);

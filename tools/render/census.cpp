@@ -49,7 +49,7 @@ class Census::Caster : public ShadowCaster {
 
  private:
   void cast_with_bvh(const Bundle& bundle, std::span<uint8_t> blocked) {
-    trace(census_.world_.shadow_casters(), census_.truth_, bundle.segments, blocked);
+    occluded(census_.world_.shadow_casters(), census_.truth_, bundle.segments, blocked.data());
     uint64_t tests = 0;
     for (const Segment& segment : bundle.segments) {
       ++kind_of(bundle, segment).segments;
@@ -62,7 +62,7 @@ class Census::Caster : public ShadowCaster {
     sidecars_->look_up(bundle, answers_);
     uint64_t tests = 0, open = 0;
     sidecars_->cast(bundle, blocked);
-    trace(census_.world_.shadow_casters(), census_.truth_, bundle.segments, truth_);
+    occluded(census_.world_.shadow_casters(), census_.truth_, bundle.segments, truth_.data());
     for (size_t i = 0; i < bundle.segments.size(); ++i) {
       KindCounts& kind = kind_of(bundle, bundle.segments[i]);
       const bool answered = answers_[i] != Visibility::unclassified, wrong = blocked[i] != truth_[i];
@@ -92,7 +92,7 @@ class Census::Caster : public ShadowCaster {
   std::vector<uint8_t> truth_;
 };
 
-Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, Packets truth, size_t pixels)
+Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, EmbreeQuery truth, size_t pixels)
     : world_(world), objects_(std::move(objects)), counter_(counter), truth_(truth) {
   pass_.pixel_tests.resize(pixels);
   pass_.pixel_open.resize(pixels);

@@ -47,7 +47,7 @@ struct CensusPass {
 class Census {
  public:
   // objects: one a world object, or none: then all is traced, and counted. truth: how to trace what is true.
-  Census(const World& world, std::vector<Object> objects, const TestCounter& counter, Packets truth, size_t pixels);
+  Census(const World& world, std::vector<Object> objects, const TestCounter& counter, EmbreeQuery truth, size_t pixels);
   std::unique_ptr<ShadowCaster> caster();  // one a thread, before the threads start
   CensusPass take();                       // after they ended
 
@@ -56,7 +56,7 @@ class Census {
   const World& world_;
   std::vector<Object> objects_;
   const TestCounter& counter_;
-  Packets truth_;
+  EmbreeQuery truth_;
   CensusPass pass_;
   std::vector<std::unique_ptr<CensusPass>> passes_;  // one a thread; their pixel counts are shared, in pass_
 };

@@ -35,9 +35,14 @@ class Recording {
 // All bundles of a picture, in the order of its pixels.
 Recording record(const World& world, RenderSettings settings);
 
-// Which of these ways is the fastest for a caster: each is tried on the bundles of a small picture with a seed of its own, so
-// that no ray of the picture itself is used.
-Packets fastest_packets(const World& world, const RenderSettings& settings, const std::vector<Packets>& ways,
-                        const std::function<std::unique_ptr<ShadowCaster>(Packets)>& make_caster);
+using MakeCasterWith = std::function<std::unique_ptr<ShadowCaster>(const ShadowWays&)>;
+
+// The fastest ways for a caster, by where bundles begin: each is tried on the bundles of a small picture with a seed of its own,
+// so that no ray of the picture itself is used. looks_up: whether the caster can look up; the policy then says whether that
+// paid.
+ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool looks_up, const MakeCasterWith& make_caster);
+
+// "outside: look-up, rtcOccluded16; own: rtcOccluded16, coherent"
+std::string text_of(const ShadowWays& ways);
 
 }  // namespace vcd

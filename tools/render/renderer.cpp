@@ -9,7 +9,7 @@
 #include <pthread.h>
 #include <sched.h>
 
-#include "instance_tree.h"
+#include "beam.h"
 #include "sampling.h"
 
 namespace vcd {

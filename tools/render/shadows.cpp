@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <stdexcept>
 
 namespace vcd {
 namespace {
@@ -18,44 +19,62 @@ QuadBundle beam_of(const Bundle& bundle, const Quad& light) {
   return quad;
 }
 
-QuadBundle to_object(const Affine& a, const QuadBundle& world) {
-  const auto vec = [](const float(&v)[3]) { return Vec3{v[0], v[1], v[2]}; };
-  QuadBundle quad = world;
-  put(a.point(vec(world.origin)), quad.origin), put(a.point(vec(world.corner)), quad.corner);
-  put(a.vector(vec(world.edge_u)), quad.edge_u), put(a.vector(vec(world.edge_v)), quad.edge_v);
-  return quad;
+Transform transform_of(const Affine& a) {
+  const auto row = [&](float Vec3::*axis, int i, Transform& t) {
+    for (int j = 0; j < 3; ++j) t.rows[i][j] = a.column[j].*axis;
+    t.rows[i][3] = a.offset.*axis;
+  };
+  Transform t;
+  row(&Vec3::x, 0, t), row(&Vec3::y, 1, t), row(&Vec3::z, 2, t);
+  return t;
 }
 
-std::vector<Box> boxes_of(const World& world) {
-  std::vector<Box> boxes;
-  for (const WorldInstance& instance : world.instances) boxes.push_back(instance.box);
-  return boxes;
+// Of what was there when the world was built: it cannot fail but for want of memory.
+Scene scene_of(const World& world, std::span<const Object> objects) {
+  std::vector<SceneInstance> instances;
+  for (const WorldInstance& instance : world.instances)
+    instances.push_back(SceneInstance::of(objects[instance.object], transform_of(instance.to_world)));
+  auto scene = Scene::build(instances);
+  if (!scene) throw std::runtime_error(scene.error().message);
+  return std::move(*scene);
+}
+
+// A bundle has one origin: a query's origins are one.
+SceneQuery query_of(const Bundle& bundle) {
+  SceneQuery query;
+  if (bundle.surface != kGroundSurface) query.origins = std::span(&bundle.surface, 1);
+  return query;
 }
 
 }  // namespace
 
-SidecarShadows::SidecarShadows(const World& world, std::span<const Object> objects, Packets packets)
-    : world_(world),
-      objects_(objects.begin(), objects.end()),
-      packets_(packets),
-      instances_(boxes_of(world)),
-      picked_(kMaxBundle),
-      places_(kMaxBundle),
-      traced_(kMaxBundle) {}
+From from_of(const World& world, const Bundle& bundle) {
+  if (bundle.surface != kGroundSurface) return From::own;
+  if (!world.single()) return From::outside;
+  const PreparedMesh& mesh = world.objects[0].mesh;
+  bool inside = true;
+  for (size_t a = 0; a < 3; ++a) {
+    const float o = bundle.segments[0].origin[a];
+    inside &= o > mesh.box_min[a] && o < mesh.box_max[a];
+  }
+  return inside ? From::inside : From::outside;
+}
+
+SidecarShadows::SidecarShadows(const World& world, std::span<const Object> objects, const ShadowWays& ways)
+    : world_(world), ways_(ways), picked_(kMaxBundle), places_(kMaxBundle), traced_(kMaxBundle) {
+  if (world.single()) {
+    object_ = objects[0];
+    return;
+  }
+  scene_.emplace(scene_of(world, objects));
+  for (const WorldInstance& instance : world.instances) hierarchies_.push_back(world.objects[instance.object].tracer.scene());
+}
 
 void SidecarShadows::look_up(const Bundle& bundle) {
-  const size_t words = words_of(bundle);
+  const auto blocked = std::span(blocked_).first(words_of(bundle)), open = std::span(open_).first(words_of(bundle));
   const QuadBundle beam = beam_of(bundle, world_.lights[bundle.light].quad);
-  if (world_.single()) return objects_[0].classify(beam, std::span(blocked_).first(words), std::span(open_).first(words));
-  std::fill_n(blocked_.begin(), words, uint64_t{0});
-  std::fill_n(open_.begin(), words, uint64_t{0});
-  instances_.visit(Beam(bundle.segments), [&](uint32_t i) {
-    const WorldInstance& instance = world_.instances[i];
-    objects_[instance.object].classify(to_object(instance.to_object, beam), std::span(instance_blocked_).first(words),
-                                       std::span(instance_open_).first(words));
-    for (size_t w = 0; w < words; ++w) blocked_[w] |= instance_blocked_[w], open_[w] |= instance_open_[w];
-  });
-  for (size_t w = 0; w < words; ++w) open_[w] &= ~blocked_[w];
+  if (object_) object_->classify(beam, blocked, open);
+  else scene_->classify(beam, blocked, open, query_of(bundle));
 }
 
 void SidecarShadows::look_up(const Bundle& bundle, std::span<Visibility> answers) {
@@ -67,7 +86,20 @@ void SidecarShadows::look_up(const Bundle& bundle, std::span<Visibility> answers
 }
 
 void SidecarShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
-  look_up(bundle);
+  const From from = from_of(world_, bundle);
+  const size_t kind = static_cast<size_t>(from);
+  if (!ways_.policy.look_up(from)) return occluded(world_.shadow_casters(), ways_.traced[kind], bundle.segments, blocked.data());
+  if (object_) {
+    look_up(bundle);
+  } else {
+    const EmbreeInstances fallback{hierarchies_, ways_.left[kind]};
+    scene_->occluded(beam_of(bundle, world_.lights[bundle.light].quad), std::span(blocked_).first(words_of(bundle)), fallback, query_of(bundle));
+  }
+  for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = blocked_[i / 64] >> (i % 64) & 1;
+  if (object_) trace_open(bundle, ways_.left[kind], blocked);
+}
+
+void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::span<uint8_t> blocked) {
   size_t count = 0;
   for (size_t w = 0; w < words_of(bundle); ++w)
     for (uint64_t left = open_[w]; left; left &= left - 1) {
@@ -75,8 +107,7 @@ void SidecarShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
       picked_[count] = bundle.segments[i];
       places_[count++] = static_cast<uint16_t>(i);
     }
-  for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = blocked_[i / 64] >> (i % 64) & 1;
-  trace(world_.shadow_casters(), packets_, std::span(picked_).first(count), traced_);
+  occluded(world_.shadow_casters(), query, std::span(picked_).first(count), traced_.data());
   for (size_t k = 0; k < count; ++k) blocked[places_[k]] = traced_[k];
 }
 

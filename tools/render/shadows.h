@@ -2,12 +2,13 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
-#include <vcd/runtime/sidecar.h>
+#include <vcd/runtime/look_up_policy.h>
+#include <vcd/runtime/scene.h>
 
-#include "instance_tree.h"
 #include "packets.h"
 #include "world.h"
 
@@ -34,24 +35,37 @@ class ShadowCaster {
   virtual void cast(const Bundle& bundle, std::span<uint8_t> blocked) = 0;
 };
 
+// Where a bundle begins. In a scene of instances all but what begins on one of them is outside.
+From from_of(const World& world, const Bundle& bundle);
+
+// How to answer shadow rays, by where they begin.
+struct ShadowWays {
+  std::array<EmbreeQuery, 3> traced = {EmbreeQuery{1}, EmbreeQuery{1}, EmbreeQuery{1}};  // what is not looked up
+  std::array<EmbreeQuery, 3> left = traced;                                            // what look-ups leave open
+  LookUpPolicy policy{LookUpPolicy::Use::always, LookUpPolicy::Use::always, LookUpPolicy::Use::always};
+
+  ShadowWays() = default;
+  ShadowWays(EmbreeQuery all) : traced{all, all, all}, left{all, all, all} {}  // NOLINT: one way for all is a way
+};
+
 class BvhShadows : public ShadowCaster {
  public:
-  BvhShadows(const World& world, Packets packets) : scene_(world.shadow_casters()), packets_(packets) {}
+  BvhShadows(const World& world, const ShadowWays& ways) : world_(world), ways_(ways) {}
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override {
-    trace(scene_, packets_, bundle.segments, blocked);
+    occluded(world_.shadow_casters(), ways_.traced[static_cast<size_t>(from_of(world_, bundle))], bundle.segments, blocked.data());
   }
 
  private:
-  RTCScene scene_;
-  Packets packets_;
+  const World& world_;
+  ShadowWays ways_;
 };
 
-// Sidecars first; what they leave open goes to Embree, as if there were none. In a scene of instances the bundle as a whole is
-// led through a hierarchy over their boxes, and each instance that it could meet is asked; one blocked answer ends a segment.
+// Sidecars first, where the policy says so; Embree for what they leave open: of one object as if there were no sidecar, in a
+// scene of instances object by object.
 class SidecarShadows : public ShadowCaster {
  public:
   // objects[i] answers for world.objects[i].
-  SidecarShadows(const World& world, std::span<const Object> objects, Packets packets);
+  SidecarShadows(const World& world, std::span<const Object> objects, const ShadowWays& ways);
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override;
 
   // The first half of cast(): what the sidecars say. answers[i] is unclassified where segments[i] has to be traced.
@@ -62,13 +76,15 @@ class SidecarShadows : public ShadowCaster {
 
   // Into blocked_ and open_.
   void look_up(const Bundle& bundle);
+  void trace_open(const Bundle& bundle, EmbreeQuery query, std::span<uint8_t> blocked);
 
   const World& world_;
-  std::vector<Object> objects_;
-  Packets packets_;
-  InstanceTree instances_;
+  ShadowWays ways_;
+  std::optional<Object> object_;      // of a single one
+  std::optional<Scene> scene_;        // of many
+  std::vector<RTCScene> hierarchies_; // of their objects, by instance
   // Scratch: what the sidecars say of a bundle's segments, and those that have to be traced.
-  Bits blocked_, open_, instance_blocked_, instance_open_;
+  Bits blocked_, open_;
   std::vector<Segment> picked_;
   std::vector<uint16_t> places_;
   std::vector<uint8_t> traced_;

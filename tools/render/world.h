@@ -82,7 +82,7 @@ struct World {
 
   bool single() const { return instances.size() == 1; }
   RTCScene shadow_casters() const { return single() ? objects[0].tracer.scene() : casters.get(); }
-  std::vector<Packets> ways_to_trace() const { return all_packets(!single()); }  // all that casts shadows
+  std::vector<EmbreeQuery> ways_to_trace() const { return all_packets(!single()); }  // all that casts shadows
   uint64_t triangles() const;         // of all objects
   uint64_t placed_triangles() const;  // of all instances
 };

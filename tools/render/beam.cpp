@@ -1,7 +1,6 @@
-#include "instance_tree.h"
+#include "beam.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace vcd {
 
@@ -37,29 +36,6 @@ bool Beam::may_meet(const Box& box) const {
     }
   }
   return first <= last * (1 + 1e-5f);
-}
-
-InstanceTree::InstanceTree(std::span<const Box> boxes) {
-  std::vector<uint32_t> order(boxes.size());
-  std::iota(order.begin(), order.end(), 0u);
-  if (!order.empty()) build(boxes, order);
-}
-
-// Split at the median of the centres along the widest axis.
-void InstanceTree::build(std::span<const Box> boxes, std::span<uint32_t> order) {
-  const size_t at = nodes_.size();
-  nodes_.push_back({{}, 0, order.size() == 1 ? order[0] : kInterior});
-  Box centers;
-  for (uint32_t i : order) nodes_[at].box.add(boxes[i]), centers.add(boxes[i].center());
-  if (order.size() == 1) return;
-  const Vec3 extent = centers.high - centers.low;
-  float Vec3::*const axis = extent.x >= extent.y && extent.x >= extent.z ? &Vec3::x : extent.y >= extent.z ? &Vec3::y : &Vec3::z;
-  const size_t half = order.size() / 2;
-  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
-                   [&](uint32_t a, uint32_t b) { return boxes[a].center().*axis < boxes[b].center().*axis; });
-  build(boxes, order.first(half));
-  nodes_[at].second = static_cast<uint32_t>(nodes_.size());
-  build(boxes, order.subspan(half));
 }
 
 }  // namespace vcd
