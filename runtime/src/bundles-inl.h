@@ -131,12 +131,11 @@ struct PlacedGrid {
   const ToGrid& grid;
 
   HWY_INLINE Lines corner_lines(const BeamFrame& frame, const Lanes& lanes, Floats u, Floats v) const {
-    const OneInstance of{grid};
-    InGrid in = in_grid(of, lanes);
+    InGrid in = in_grid(grid, lanes);
     Floats size[3];
     for (int a = 0; a < 3; ++a)
       size[a] = hn::Add(hn::Add(hn::Abs(all(frame.corner[a])), hn::Abs(hn::Mul(u, all(frame.edge_u[a])))), hn::Abs(hn::Mul(v, all(frame.edge_v[a]))));
-    in.moving = weighted(of, size);
+    in.moving = weighted(grid, size);
     return locate_placed(in);
   }
   void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.placed(data, grid, segments, answers); }

@@ -104,7 +104,7 @@ Placed placed(const ToGrid& grid, const Segment& segment) {
   constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
   const LineCell line = locate(kGridItself, in);
   const auto weighted = [&](const float* x) {
-    return (grid.weight[0] * std::abs(x[0]) + grid.weight[1] * std::abs(x[1])) + grid.weight[2] * std::abs(x[2]);
+    return (grid.column[0][3] * std::abs(x[0]) + grid.column[1][3] * std::abs(x[1])) + grid.column[2][3] * std::abs(x[2]);
   };
   const auto norm = [](const float* x) { return (std::abs(x[0]) + std::abs(x[1])) + std::abs(x[2]); };
   const float reach = (weighted(o) + norm(in.origin)) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d);

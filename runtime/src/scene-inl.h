@@ -66,20 +66,17 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
 // At most kWidth pairs, each instance in its own grid.
 HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs, size_t count,
                                SceneAnswers answers) {
-  HWY_ALIGN int32_t segment_at[kWidth], instance_at[kWidth];
-  for (size_t k = 0; k < kWidth; ++k) {
-    const ScenePair& pair = pairs[std::min(k, count - 1)];
-    segment_at[k] = static_cast<int32_t>(pair.segment) * 8;
-    instance_at[k] = static_cast<int32_t>(pair.instance) * static_cast<int32_t>(kToGridFloats);
+  HWY_ALIGN Segment moved[kWidth] = {};
+  HWY_ALIGN float t_min[kWidth] = {}, t_max[kWidth] = {};
+  for (size_t k = 0; k < count; ++k) {
+    const Segment& segment = segments[pairs[k].segment];
+    in_grid(scene.to_grid[pairs[k].instance], segment, moved[k]);
+    t_min[k] = segment.t_min, t_max[k] = segment.t_max;
   }
-  const Ints from_segment = hn::Load(I(), segment_at), from_instance = hn::Load(I(), instance_at);
-  const float* rays = segments.data()->origin;
-  const float* grids = scene.to_grid.data()->centre;
-  const auto of_segment = [&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), rays + k, from_segment); };
-  Lanes world;
-  for (size_t a = 0; a < 3; ++a) world.origin[a] = of_segment(a), world.direction[a] = of_segment(4 + a);
-  world.t_min = of_segment(3), world.t_max = of_segment(7);
-  const InGrid in = in_grid([&](size_t k) HWY_ATTR { return hn::GatherIndex(F(), grids + k, from_instance); }, world);
+  InGrid in;
+  in.lanes = load(moved);
+  in.fixed = hn::Add(in.lanes.t_min, norm(in.lanes.origin)), in.moving = in.lanes.t_max;
+  in.lanes.t_min = hn::Load(F(), t_min), in.lanes.t_max = hn::Load(F(), t_max);
   const Lanes& lanes = in.lanes;
   const Lines lines = locate_placed(in);
   const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));

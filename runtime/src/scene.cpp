@@ -62,16 +62,16 @@ std::optional<Placed> place(const SceneInstance& instance, const Transform& to_w
     double offset = -double{frame.min[i]};
     for (size_t j = 0; j < 3; ++j) {
       const double inverse = cofactor(j, i) / determinant;
-      placed.to_grid.rows[i][j] = static_cast<float>(inverse * double{frame.scale[i]});
+      placed.to_grid.column[j][i] = static_cast<float>(inverse * double{frame.scale[i]});
       offset += inverse * (double{placed.to_grid.centre[j]} - t[j]);
     }
     placed.to_grid.offset[i] = static_cast<float>(offset * double{frame.scale[i]});
   }
   bool finite = true;
   for (size_t j = 0; j < 3; ++j) {
-    placed.to_grid.weight[j] = 0;
-    for (size_t i = 0; i < 3; ++i) placed.to_grid.weight[j] += std::abs(placed.to_grid.rows[i][j]);
-    finite &= std::isfinite(placed.to_grid.weight[j] + placed.to_grid.centre[j] + placed.to_grid.offset[j] + placed.low[j] + placed.high[j]);
+    auto& column = placed.to_grid.column[j];
+    for (size_t i = 0; i < 3; ++i) column[3] += std::abs(column[i]);
+    finite &= std::isfinite(column[3] + placed.to_grid.centre[j] + placed.to_grid.offset[j] + placed.low[j] + placed.high[j]);
   }
   return finite ? std::optional(placed) : std::nullopt;
 }

@@ -16,13 +16,12 @@
 
 namespace vcd {
 
-// An instance's transform from the world to its object's grid: grid = to_grid · (world − centre) + offset. All floats, so that
-// lanes can gather them.
-struct ToGrid {
-  float centre[3];
-  float rows[3][3];
-  float offset[3];
-  float weight[3];  // sums of the columns' absolute values: what rounding has to do with each coordinate
+// An instance's transform from the world to its object's grid: grid = Σ column[a] · (world − centre)[a] + offset, in the first three
+// of four.
+struct alignas(16) ToGrid {
+  float centre[4];     // the fourth is 0
+  float column[3][4];  // the fourth is the sum of the others' absolute values: what rounding has to do with each coordinate
+  float offset[4];     // the fourth is 0
 };
 // A segment of the world in an instance's grid.
 inline Segment in_grid(const ToGrid& grid, const Segment& world) {
@@ -31,9 +30,9 @@ inline Segment in_grid(const ToGrid& grid, const Segment& world) {
   const float* d = world.direction;
   Segment segment{{}, world.t_min, {}, world.t_max};
   for (int i = 0; i < 3; ++i) {
-    const float* r = grid.rows[i];
-    segment.origin[i] = (r[0] * o[0] + r[1] * o[1]) + (r[2] * o[2] + grid.offset[i]);
-    segment.direction[i] = (r[0] * d[0] + r[1] * d[1]) + r[2] * d[2];
+    const auto& c = grid.column;
+    segment.origin[i] = (c[0][i] * o[0] + c[1][i] * o[1]) + (c[2][i] * o[2] + grid.offset[i]);
+    segment.direction[i] = (c[0][i] * d[0] + c[1][i] * d[1]) + c[2][i] * d[2];
   }
   return segment;
 }
@@ -42,7 +41,6 @@ inline Segment in_grid(const ToGrid& grid, const Segment& world) {
 struct ToFrame {
   float unit[3], min[3];
 };
-inline constexpr size_t kToGridFloats = sizeof(ToGrid) / sizeof(float);
 
 // A node of the hierarchy over the instances: eight boxes. Empty places have boxes that nothing meets.
 struct SceneNode {

@@ -267,7 +267,7 @@ class Chunk {
   static bool near_enough(const ToGrid& grid, const BeamFrame& frame, Extent u, Extent v) {
     float sum = 0;
     for (int a = 0; a < 3; ++a)
-      sum += grid.weight[a] * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
+      sum += grid.column[a][3] * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
     return sum * static_cast<float>(frame.reach) <= kFarthestReach;
   }
 

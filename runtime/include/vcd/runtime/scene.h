@@ -110,15 +110,17 @@ class Scene {
   // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one does.
   template <class Fallback>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
+    const uint32_t own = query.origins.empty() ? kNoInstance : query.origins[0];
+    if (own != kNoInstance && (mask(own) & query.mask) != 0 && fallback(own)) return true;
     std::array<OpenPair, kMostOpen> open;
     Visibility answer;
     const auto [count, complete] = classify(std::span(&segment, 1), std::span(&answer, 1), open, query);
     if (answer != Visibility::unclassified) return answer == Visibility::blocked;
     for (size_t i = 0; i < count; ++i)
-      if (fallback(open[i].instance)) return true;
+      if (open[i].instance != own && fallback(open[i].instance)) return true;
     if (complete) return false;
     for (uint32_t i = 0; i < size(); ++i)
-      if ((mask(i) & query.mask) != 0 && fallback(i)) return true;
+      if (i != own && (mask(i) & query.mask) != 0 && fallback(i)) return true;
     return false;
   }
 
