@@ -4,6 +4,7 @@
 
 #include "bench/bake_rate.h"
 #include "bench/bake_time.h"
+#include "bench/instances.h"
 #include "bench/machine.h"
 #include "bench/paper_run.h"
 #include "bench/report.h"
@@ -27,6 +28,7 @@ struct Options {
   unsigned threads = 0;
 
   SegmentsOptions segments;
+  InstancesOptions instances;
   std::string mesh;
   BakeRateOptions bake_rate;
   BakeTimeOptions bake_time;
@@ -151,6 +153,11 @@ int main(int argc, char** argv) {
   segments->add_option("--object", options.segments.object, "Index of the object in the sidecar (default: 0)");
   segments->add_option("--points", options.segments.points, "Ground points, 128 shadow rays each (default: 4000)")->check(CLI::Range(1, 1000000));
 
+  CLI::App* instances = app.add_subcommand("instances", "A scene of instances: times of shadow rays with sidecars and without");
+  instances->add_option("scene", options.instances.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")->required()->type_name("SCENE");
+  instances->add_option("sidecars", options.instances.sidecars, "Of its meshes")->required()->type_name("SIDECAR");
+  instances->add_option("--points", options.instances.points, "Points, 128 shadow rays each (default: 3000)")->check(CLI::Range(1, 1000000));
+
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
   bake->add_option("mesh", options.mesh)->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
@@ -171,6 +178,8 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
   return run_program(app, argc, argv, [&] {
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
+    options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
+    if (instances->parsed()) return run_instances(options.instances);
     if (segments->parsed()) return run_segments(options.segments);
     if (bake->parsed()) return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
     if (stability->parsed()) {

@@ -11,13 +11,18 @@ size_t words_of(const Bundle& bundle) { return (bundle.segments.size() + 63) / 6
 
 void put(Vec3 v, float (&into)[3]) { into[0] = v.x, into[1] = v.y, into[2] = v.z; }
 
-QuadBundle beam_of(const Bundle& bundle, const Quad& light) {
+}  // namespace
+
+QuadBundle quad_of(const World& world, const Bundle& bundle) {
+  const Quad& light = world.lights[bundle.light].quad;
   QuadBundle quad{};
   std::copy_n(bundle.segments[0].origin, 3, quad.origin);
   put(light.corner, quad.corner), put(light.edge_u, quad.edge_u), put(light.edge_v, quad.edge_v);
   quad.u = bundle.u, quad.v = bundle.v;
   return quad;
 }
+
+namespace {
 
 Transform transform_of(const Affine& a) {
   const auto row = [&](float Vec3::*axis, int i, Transform& t) {
@@ -28,6 +33,8 @@ Transform transform_of(const Affine& a) {
   row(&Vec3::x, 0, t), row(&Vec3::y, 1, t), row(&Vec3::z, 2, t);
   return t;
 }
+
+}  // namespace
 
 // Of what was there when the world was built: it cannot fail but for want of memory.
 Scene scene_of(const World& world, std::span<const Object> objects) {
@@ -45,8 +52,6 @@ SceneQuery query_of(const Bundle& bundle) {
   if (bundle.surface != kGroundSurface) query.origins = std::span(&bundle.surface, 1);
   return query;
 }
-
-}  // namespace
 
 From from_of(const World& world, const Bundle& bundle) {
   if (bundle.surface != kGroundSurface) return From::own;
@@ -72,7 +77,7 @@ SidecarShadows::SidecarShadows(const World& world, std::span<const Object> objec
 
 void SidecarShadows::look_up(const Bundle& bundle) {
   const auto blocked = std::span(blocked_).first(words_of(bundle)), open = std::span(open_).first(words_of(bundle));
-  const QuadBundle beam = beam_of(bundle, world_.lights[bundle.light].quad);
+  const QuadBundle beam = quad_of(world_, bundle);
   if (object_) object_->classify(beam, blocked, open);
   else scene_->classify(beam, blocked, open, query_of(bundle));
 }
@@ -93,7 +98,7 @@ void SidecarShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
     look_up(bundle);
   } else {
     const EmbreeInstances fallback{hierarchies_, ways_.left[kind]};
-    scene_->occluded(beam_of(bundle, world_.lights[bundle.light].quad), std::span(blocked_).first(words_of(bundle)), fallback, query_of(bundle));
+    scene_->occluded(quad_of(world_, bundle), std::span(blocked_).first(words_of(bundle)), fallback, query_of(bundle));
   }
   for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = blocked_[i / 64] >> (i % 64) & 1;
   if (object_) trace_open(bundle, ways_.left[kind], blocked);

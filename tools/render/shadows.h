@@ -38,6 +38,13 @@ class ShadowCaster {
 // Where a bundle begins. In a scene of instances all but what begins on one of them is outside.
 From from_of(const World& world, const Bundle& bundle);
 
+// What the runtime is asked with, in the world's frame. query_of() refers to the bundle.
+QuadBundle quad_of(const World& world, const Bundle& bundle);
+SceneQuery query_of(const Bundle& bundle);
+
+// Its instances, for the runtime. objects[i] answers for world.objects[i].
+Scene scene_of(const World& world, std::span<const Object> objects);
+
 // How to answer shadow rays, by where they begin.
 struct ShadowWays {
   std::array<EmbreeQuery, 3> traced = {EmbreeQuery{1}, EmbreeQuery{1}, EmbreeQuery{1}};  // what is not looked up

@@ -1,0 +1,22 @@
+// A scene of instances on this machine: times of shadow rays with its sidecars and without.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "common/program.h"
+
+namespace vcd {
+
+struct InstancesOptions {
+  std::string scene;                  // as parse_scene_request() reads it
+  std::vector<std::string> sidecars;  // of all its meshes
+  size_t points = 3000;               // bundles of 128 shadow rays, about
+  int repetitions = 7;
+  OutputFormat format = OutputFormat::text;
+};
+
+// Prints what it measured; returns the exit code.
+int run_instances(const InstancesOptions& options);
+
+}  // namespace vcd
