@@ -71,50 +71,36 @@ HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
   return static_cast<uint64_t>(bits[0] | bits[1] << 8);
 }
 
-// The four corner lines of each run's rectangle on the light.
-struct Corners {
-  HWY_ALIGN uint32_t stuv[4 * kRuns], route[4 * kRuns];  // route: pair and whether swapped; kNoRoute: not to be used
-  HWY_ALIGN uint32_t pierces[4 * kRuns];
-};
-constexpr uint32_t kNoRoute = 0xFF;
-
+// What all lines through a rectangle of the beam's parallelogram have in common.
 template <class Grid>
-HWY_INLINE void locate_corners(const Grid& grid, const BeamFrame& frame, const float* u, const float* v, size_t count, Corners& corners) {
-  for (size_t at = 0; at < count; at += kWidth) {
-    const Floats cu = hn::Load(F(), u + at), cv = hn::Load(F(), v + at);
-    Lanes lanes;
-    for (int a = 0; a < 3; ++a) {
-      lanes.origin[a] = all(frame.origin[a]);
-      lanes.direction[a] = hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
-    }
-    const Lines lines = grid.corner_lines(frame, lanes, cu, cv);
-    const Truth usable = hn::And(hn::And(lines.valid, hn::Lt(lines.entry, lines.exit)),
-                                 hn::And(hn::Gt(lines.entry, hn::Zero(F())), hn::Le(lines.exit, all(kFarthestExit))));
-    const Words route = hn::Or(hn::ShiftLeft<1>(lines.pair), hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)));
-    hn::Store(hn::IfThenElse(hn::RebindMask(U(), usable), route, all(kNoRoute)), U(), corners.route + at);
-    hn::Store(lines.stuv, U(), corners.stuv + at);
-    hn::Store(hn::IfThenElseZero(hn::RebindMask(U(), hn::Le(lines.exit, all(1.0f))), all(1u)), U(), corners.pierces + at);
+HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const float (&u_bounds)[2], const float (&v_bounds)[2]) {
+  HWY_ALIGN float u[kWidth], v[kWidth];
+  for (size_t c = 0; c < kWidth; ++c) u[c] = u_bounds[c & 1], v[c] = v_bounds[c >> 1 & 1];
+  const Floats cu = hn::Load(F(), u), cv = hn::Load(F(), v);
+  Lanes lanes;
+  for (int a = 0; a < 3; ++a) {
+    lanes.origin[a] = all(frame.origin[a]);
+    lanes.direction[a] = hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
   }
-}
-
-// What all lines between these corner lines have in common.
-HWY_INLINE Visibility beam_class(const ObjectData& data, const Corners& corners, size_t first, size_t count) {
-  const uint32_t route = corners.route[first];
-  if (route == kNoRoute) return Visibility::unclassified;
-  uint32_t low[4] = {255, 255, 255, 255}, high[4] = {}, pierces = 1;
-  for (size_t i = first; i < first + count; ++i) {
-    if (corners.route[i] != route) return Visibility::unclassified;
-    pierces &= corners.pierces[i];
+  const Lines lines = grid.corner_lines(frame, lanes, cu, cv);
+  const Truth usable = hn::And(hn::And(lines.valid, hn::Lt(lines.entry, lines.exit)),
+                               hn::And(hn::Gt(lines.entry, hn::Zero(F())), hn::Le(lines.exit, all(kFarthestExit))));
+  // Which face pair, and which face first.
+  const Words route = hn::Or(hn::ShiftLeft<1>(lines.pair), hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)));
+  const uint32_t first = hn::GetLane(route);
+  if (!hn::AllTrue(F(), hn::And(usable, hn::RebindMask(F(), hn::Eq(route, all(first)))))) return Visibility::unclassified;
+  HWY_ALIGN uint32_t stuv[kWidth];
+  hn::Store(lines.stuv, U(), stuv);
+  CellRange range{first >> 1, {255, 255, 255, 255}, {}};
+  const uint32_t up = 8 - grid.data.tree.shape.levels;
+  for (size_t c = 0; c < 4; ++c)
     for (int d = 0; d < 4; ++d) {
-      const uint32_t x = corners.stuv[i] >> (24 - 8 * d) & 255;
-      low[d] = std::min(low[d], x), high[d] = std::max(high[d], x);
+      const uint32_t x = (stuv[c] >> (24 - 8 * d) & 255) >> up;
+      range.low[d] = std::min(range.low[d], x), range.high[d] = std::max(range.high[d], x);
     }
-  }
-  CellRange range{route >> 1, {}, {}};
-  const uint32_t up = 8 - data.tree.shape.levels;
-  for (int d = 0; d < 4; ++d) range.low[d] = low[d] >> up, range.high[d] = high[d] >> up;
-  const Visibility found = range_class(data.tree, range);
-  return found == Visibility::blocked && !pierces ? Visibility::unclassified : found;
+  const Visibility found = range_class(grid.data.tree, range);
+  const bool pierce = hn::AllTrue(F(), hn::Le(lines.exit, all(1.0f)));
+  return found == Visibility::blocked && !pierce ? Visibility::unclassified : found;
 }
 
 // In the object's own frame.
@@ -143,35 +129,20 @@ struct PlacedGrid {
 
 // Those runs whose bit in `live` is set; answers of the others stay as they are. blocked, open: the chunk's.
 template <class Grid, class Directions>
-HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live, const Directions& directions,
-                                  uint64_t* blocked, uint64_t* open) {
-  const size_t runs = chunk.runs();
-  size_t undecided[kRuns], count = 0;
-  if (runs == 0) return;
+HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live, const float (&u_bounds)[2],
+                                  const float (&v_bounds)[2], const Directions& directions, uint64_t* blocked, uint64_t* open) {
   if (frame.usable) {
-    HWY_ALIGN float u[4 * kRuns], v[4 * kRuns];
-    for (size_t r = 0; r < runs; ++r) {
-      float u_bounds[2], v_bounds[2];
-      bounds_of(chunk.u + r * kRun, kRun, u_bounds);
-      bounds_of(chunk.v + r * kRun, kRun, v_bounds);
-      for (size_t c = 0; c < 4; ++c) u[4 * r + c] = u_bounds[c & 1], v[4 * r + c] = v_bounds[c >> 1];
+    const Visibility found = beam_class(grid, frame, u_bounds, v_bounds);
+    if (found == Visibility::clear) return;
+    if (found == Visibility::blocked) {
+      for (size_t r = 0; r < chunk.runs(); ++r)
+        if (live >> r & 1) blocked[r * kRun / 64] |= bits_from(r * kRun, chunk.in_run(r));
+      return;
     }
-    for (size_t i = 4 * runs; i % kWidth != 0; ++i) u[i] = u[0], v[i] = v[0];
-    Corners corners;
-    locate_corners(grid, frame, u, v, (4 * runs + kWidth - 1) / kWidth * kWidth, corners);
-    const Visibility whole = beam_class(grid.data, corners, 0, 4 * runs);
-    if (whole == Visibility::clear) return;
-    for (size_t r = 0; r < runs; ++r) {
-      if (!(live >> r & 1)) continue;
-      const Visibility found = whole == Visibility::blocked ? whole : beam_class(grid.data, corners, 4 * r, 4);
-      if (found == Visibility::blocked) blocked[r * kRun / 64] |= bits_from(r * kRun, chunk.in_run(r));
-      if (found == Visibility::unclassified) undecided[count++] = r;
-    }
-  } else {
-    for (size_t r = 0; r < runs; ++r)
-      if (live >> r & 1) undecided[count++] = r;
   }
-  if (count == 0) return;
+  size_t undecided[kRuns], count = 0;
+  for (size_t r = 0; r < chunk.runs(); ++r)
+    if (live >> r & 1) undecided[count++] = r;
   RunsAsArrays lone(frame.origin);
   for (size_t first = 0; first < count; first += RunsAsArrays::kMost) {
     const size_t some = std::min(RunsAsArrays::kMost, count - first);
@@ -203,7 +174,7 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
     bounds_of(chunk.u, chunk.runs() * kRun, u);
     bounds_of(chunk.v, chunk.runs() * kRun, v);
     if (frame.usable && misses(data.frame, frame, u, v)) continue;
-    classify_chunk_of(OwnGrid{data}, frame, chunk, kAllRuns, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
+    classify_chunk_of(OwnGrid{data}, frame, chunk, kAllRuns, u, v, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
       directions_of(bundle, frame, chunk, at, into);
     }, blocked + chunk.first / 64, open + chunk.first / 64);
   }
@@ -212,7 +183,10 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
 // One instance of a scene that is near enough. directions: of all the chunk's segments, whole runs of them.
 void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
                       const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
-  classify_chunk_of(PlacedGrid{data, grid}, frame, chunk, live, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
+  float u[2], v[2];
+  bounds_of(chunk.u, chunk.runs() * kRun, u);
+  bounds_of(chunk.v, chunk.runs() * kRun, v);
+  classify_chunk_of(PlacedGrid{data, grid}, frame, chunk, live, u, v, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
     for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
   }, blocked, open);
 }

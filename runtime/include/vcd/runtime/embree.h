@@ -92,11 +92,23 @@ Segment segment_of(const Rays& rays, size_t k) {
 
 namespace embree_detail {
 
+template <class Get>
+void trace_one_by_one(RTCScene scene, bool coherent, size_t size, const Get& segment, uint8_t* answers) {
+  for (size_t i = 0; i < size; ++i) {
+    RTCRay ray = to_ray(segment(i));
+    occluded(nullptr, scene, ray, coherent);
+    answers[i] = ray.tfar == kBlocked;
+  }
+}
+
+inline constexpr size_t kFew = 3;  // rays that a packet does not pay for
+
 // segment(i): number i.
 template <class Rays, size_t kWidth, class Get>
 void trace(RTCScene scene, bool coherent, size_t size, const Get& segment, uint8_t* answers) {
   for (size_t first = 0; first < size; first += kWidth) {
     const size_t count = std::min(kWidth, size - first);
+    if (count <= kFew) return trace_one_by_one(scene, coherent, size - first, [&](size_t i) { return segment(first + i); }, answers + first);
     alignas(64) int valid[kWidth];
     Rays rays;
     for (size_t k = 0; k < kWidth; ++k) {
@@ -116,11 +128,7 @@ template <class Get>
 void trace(RTCScene scene, EmbreeQuery query, size_t size, const Get& segment, uint8_t* answers) {
   if (query.width == 16) return trace<RTCRay16, 16>(scene, query.coherent, size, segment, answers);
   if (query.width == 8) return trace<RTCRay8, 8>(scene, query.coherent, size, segment, answers);
-  for (size_t i = 0; i < size; ++i) {
-    RTCRay ray = to_ray(segment(i));
-    occluded(nullptr, scene, ray, query.coherent);
-    answers[i] = ray.tfar == kBlocked;
-  }
+  trace_one_by_one(scene, query.coherent, size, segment, answers);
 }
 
 }  // namespace embree_detail
