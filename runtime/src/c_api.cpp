@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
 
@@ -16,6 +17,9 @@ struct vcd_object {
 struct vcd_sidecar {
   vcd::Sidecar sidecar;
   std::vector<vcd_object> objects;
+};
+struct vcd_scene {
+  vcd::Scene scene;
 };
 
 static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) && offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
@@ -59,6 +63,43 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
 
 // The first version of the options ended before proven_only.
 bool usable(const vcd_open_options* options) { return !options || options->size >= offsetof(vcd_open_options, proven_only); }
+
+vcd::QuadBundle translate(const vcd_quad_bundle& b) {
+  vcd::QuadBundle bundle{};
+  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
+  std::memcpy(bundle.corner, b.corner, sizeof bundle.corner);
+  std::memcpy(bundle.edge_u, b.edge_u, sizeof bundle.edge_u);
+  std::memcpy(bundle.edge_v, b.edge_v, sizeof bundle.edge_v);
+  bundle.u = {b.u, b.count}, bundle.v = {b.v, b.count};
+  return bundle;
+}
+
+vcd::SphereBundle translate(const vcd_sphere_bundle& b) {
+  vcd::SphereBundle bundle{};
+  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
+  std::memcpy(bundle.centre, b.centre, sizeof bundle.centre);
+  bundle.radius = b.radius;
+  bundle.x = {b.x, b.count}, bundle.y = {b.y, b.count}, bundle.z = {b.z, b.count};
+  return bundle;
+}
+
+vcd::SceneQuery translate(const vcd_scene_query* query, size_t origins) {
+  if (!query) return {};
+  return {query->mask, query->origins ? std::span(query->origins, origins) : std::span<const uint32_t>{}};
+}
+
+// The caller's function, as a Scene asks it.
+struct Trace {
+  vcd_trace_open trace;
+  void* context;
+  void operator()(const vcd::OpenSegments& open) const {
+    const auto& [origin, t_min, direction, t_max, count] = open.segments;
+    const vcd_open_segments in_c = {open.instance,
+                                    {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
+                                    open.indices, open.blocked};
+    trace(context, &in_c);
+  }
+};
 
 const vcd_object* handle_of(const vcd_sidecar* sidecar, const std::optional<vcd::Object>& found) {
   if (!found) return nullptr;
@@ -154,25 +195,72 @@ void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* seg
                           std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
 }
 
-void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* b, uint64_t* blocked, uint64_t* open) {
-  vcd::QuadBundle bundle{};
-  std::memcpy(bundle.origin, b->origin, sizeof bundle.origin);
-  std::memcpy(bundle.corner, b->corner, sizeof bundle.corner);
-  std::memcpy(bundle.edge_u, b->edge_u, sizeof bundle.edge_u);
-  std::memcpy(bundle.edge_v, b->edge_v, sizeof bundle.edge_v);
-  bundle.u = {b->u, b->count}, bundle.v = {b->v, b->count};
-  const size_t words = (b->count + 63) / 64;
-  object->object.classify(bundle, {blocked, words}, {open, words});
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open) {
+  const size_t words = (bundle->count + 63) / 64;
+  object->object.classify(translate(*bundle), {blocked, words}, {open, words});
 }
 
-void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* b, uint64_t* blocked, uint64_t* open) {
-  vcd::SphereBundle bundle{};
-  std::memcpy(bundle.origin, b->origin, sizeof bundle.origin);
-  std::memcpy(bundle.centre, b->centre, sizeof bundle.centre);
-  bundle.radius = b->radius;
-  bundle.x = {b->x, b->count}, bundle.y = {b->y, b->count}, bundle.z = {b->z, b->count};
-  const size_t words = (b->count + 63) / 64;
-  object->object.classify(bundle, {blocked, words}, {open, words});
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open) {
+  const size_t words = (bundle->count + 63) / 64;
+  object->object.classify(translate(*bundle), {blocked, words}, {open, words});
+}
+
+vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene, vcd_error* error) try {
+  if (!scene) return fail(error, VCD_ERROR_USAGE, "scene is null");
+  *scene = nullptr;
+  if (!instances && count) return fail(error, VCD_ERROR_USAGE, "instances is null");
+  std::vector<vcd::SceneInstance> all;
+  for (size_t i = 0; i < count; ++i) {
+    const vcd_instance& from = instances[i];
+    vcd::Transform to_world;
+    std::memcpy(&to_world, from.to_world, sizeof to_world);
+    vcd::SceneInstance instance{std::nullopt, {}, {}, to_world};
+    if (from.object) {
+      instance = vcd::SceneInstance::of(from.object->object, to_world);
+    } else {
+      std::memcpy(instance.box_min, from.box_min, sizeof instance.box_min);
+      std::memcpy(instance.box_max, from.box_max, sizeof instance.box_max);
+    }
+    instance.mask = from.mask;
+    all.push_back(instance);
+  }
+  auto built = vcd::Scene::build(all, kernel ? kernel : "");
+  if (!built) return fail(error, static_cast<vcd_result>(built.error().code), built.error().message);
+  *scene = new vcd_scene{std::move(*built)};
+  return VCD_SUCCESS;
+} catch (...) {
+  return fail(error, VCD_ERROR_RUNTIME, "out of memory");
+}
+
+void vcd_scene_free(vcd_scene* scene) { delete scene; }
+
+vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd_error* error) {
+  static_assert(sizeof(vcd::Transform) == 12 * sizeof(float));
+  const std::span transforms(reinterpret_cast<const vcd::Transform*>(to_world), scene->scene.size());
+  const auto refused = scene->scene.set_transforms(transforms);
+  return refused ? fail(error, static_cast<vcd_result>(refused->code), refused->message) : VCD_SUCCESS;
+}
+
+vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin) {
+  vcd::Segment copy;
+  std::memcpy(&copy, segment, sizeof copy);
+  return static_cast<vcd_visibility>(scene->scene.classify(copy, {mask, std::span(&origin, 1)}));
+}
+
+void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query, vcd_trace_open trace,
+                        void* context, uint64_t* blocked) {
+  scene->scene.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {blocked, (count + 63) / 64}, Trace{trace, context},
+                        translate(query, count));
+}
+
+void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
+                             void* context, uint64_t* blocked) {
+  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context}, translate(query, 1));
+}
+
+void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
+                               void* context, uint64_t* blocked) {
+  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context}, translate(query, 1));
 }
 
 }  // extern "C"

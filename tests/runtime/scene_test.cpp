@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <vcd/baker/referee.h>
+#include <vcd/runtime/vcd.h>
 
 #include "support/count_allocations.h"
 #include "support/files.h"
@@ -428,6 +429,75 @@ TEST(Scene, AnswersBundlesWithTheCallersHelp) {
     EXPECT_LT(segments_asked, 2 * all);
     EXPECT_GT(looked_up, all / 3);
   }
+}
+
+// Blocks every third segment, and counts.
+void trace_in_c(void* context, const vcd_open_segments* open) {
+  for (size_t k = 0; k < open->segments.count; ++k) open->blocked[k] = open->indices[k] % 3 == 0;
+  *static_cast<uint64_t*>(context) += open->segments.count;
+}
+
+TEST(Scene, InC) {
+  const Forest forest(12, kSpread, 0, 3);
+  const auto scene = Scene::build(forest.instances);
+  std::vector<const vcd_sidecar*> files(2);
+  for (size_t i = 0; i < 2; ++i)
+    ASSERT_EQ(vcd_open_buffer(forest.bytes[i].data(), forest.bytes[i].size(), nullptr, &files[i], nullptr), VCD_SUCCESS);
+  std::vector<vcd_instance> instances;
+  std::vector<float> transforms;
+  for (size_t i = 0; i < forest.instances.size(); ++i) {
+    vcd_instance instance{vcd_object_at(files[forest.object_of[i]], 0), {}, {}, {}, 0xFFFFFFFF};
+    std::memcpy(instance.to_world, &forest.instances[i].to_world, sizeof instance.to_world);
+    transforms.insert(transforms.end(), instance.to_world, instance.to_world + 12);
+    instances.push_back(instance);
+  }
+  vcd_scene* in_c = nullptr;
+  ASSERT_EQ(vcd_scene_build(instances.data(), instances.size(), nullptr, &in_c, nullptr), VCD_SUCCESS);
+  EXPECT_EQ(vcd_scene_set_transforms(in_c, transforms.data(), nullptr), VCD_SUCCESS);
+
+  FloatRandom random(8);
+  uint64_t asked[2] = {}, blocked[2][16] = {};
+  const auto trace = [&](const OpenSegments& open) {
+    for (size_t k = 0; k < open.segments.count; ++k) open.blocked[k] = open.indices[k] % 3 == 0;
+    asked[0] += open.segments.count;
+  };
+  const auto same = [&] { return std::equal(blocked[0], blocked[0] + 16, blocked[1]) && asked[0] == asked[1]; };
+  const auto segments = forest.segments(1000, kSpread, 0);
+  const auto* array = reinterpret_cast<const vcd_segment*>(segments.data());
+  std::vector<uint32_t> origins(segments.size(), kNoInstance);
+  for (size_t i = 0; i < origins.size(); i += 5) origins[i] = static_cast<uint32_t>(i % 12);
+  const vcd_scene_query query = {3, origins.data()};
+  scene->occluded(segments, blocked[0], trace, {3, origins});
+  vcd_scene_occluded(in_c, array, segments.size(), &query, trace_in_c, &asked[1], blocked[1]);
+  EXPECT_TRUE(same());
+  for (size_t i = 0; i < segments.size(); ++i)
+    EXPECT_EQ(static_cast<uint8_t>(vcd_scene_classify(in_c, &array[i], 3, origins[i])),
+              static_cast<uint8_t>(scene->classify(segments[i], {3, std::span(origins).subspan(i, 1)})));
+  for (int k = 0; k < 50; ++k) {
+    const SceneLight light(random, 300, kSpread);
+    const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
+    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]}, {corner[0], corner[1], corner[2]}, {edge_u[0], edge_u[1], edge_u[2]},
+                                  {edge_v[0], edge_v[1], edge_v[2]}, u.data(), v.data(), u.size()};
+    const auto& centre = light.sphere.centre;
+    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]}, {centre[0], centre[1], centre[2]}, light.sphere.radius,
+                                    light.x.data(), light.y.data(), light.z.data(), light.x.size()};
+    scene->occluded(light.quad, blocked[0], trace);
+    vcd_scene_occluded_quad(in_c, &quad, nullptr, trace_in_c, &asked[1], blocked[1]);
+    EXPECT_TRUE(same());
+    scene->occluded(light.sphere, blocked[0], trace);
+    vcd_scene_occluded_sphere(in_c, &ball, nullptr, trace_in_c, &asked[1], blocked[1]);
+    EXPECT_TRUE(same());
+  }
+  EXPECT_GT(asked[0], 1000u);
+  vcd_scene_free(in_c);
+
+  vcd_error error = {sizeof error, ""};
+  instances[4].to_world[0] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(vcd_scene_build(instances.data(), instances.size(), nullptr, &in_c, &error), VCD_ERROR_USAGE);
+  EXPECT_NE(std::string(error.message).find("instance 4"), std::string::npos);
+  EXPECT_EQ(in_c, nullptr);
+  EXPECT_EQ(vcd_scene_build(instances.data(), 2, "abacus", &in_c, nullptr), VCD_ERROR_USAGE);
+  for (const vcd_sidecar* file : files) vcd_close(file);
 }
 
 TEST(Scene, DoesNotAllocate) {

@@ -172,20 +172,25 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
                           occluded(scene_, fallback, std::span(left).first(count), blocked);
                         });
                       }});
-  if (!bundles.empty())
-    variants.push_back({opened_.names[0] + " bundles, then " + name_of(fallback), [&] {
+  // After each bundle, and from a queue of what several leave.
+  for (const size_t queue : {kLightSamples, kArray}) {
+    if (bundles.empty()) continue;
+    variants.push_back({opened_.names[0] + (queue == kArray ? " bundles, queue, then " : " bundles, then ") + name_of(fallback), [&, queue] {
                           uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
-                          std::array<Segment, kLightSamples> left;
-                          uint8_t traced[kLightSamples];
+                          std::array<Segment, kArray + kLightSamples> left;
+                          uint8_t traced[kArray + kLightSamples];
+                          size_t count = 0;
                           for (size_t b = 0; b < bundles.size(); ++b) {
                             single.classify(bundles[b], blocked, open);
-                            size_t count = 0;
                             for (size_t w = 0; w < std::size(open); ++w)
                               for (uint64_t rest = open[w]; rest; rest &= rest - 1)
                                 left[count++] = segments[b * kLightSamples + 64 * w + static_cast<size_t>(std::countr_zero(rest))];
+                            if (count < queue && queue == kArray && b + 1 < bundles.size()) continue;
                             occluded(scene_, fallback, std::span(left).first(count), traced);
+                            count = 0;
                           }
                         }});
+  }
   const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
   const auto part = [&](size_t from, size_t to) { return std::vector<Timing>(timings.begin() + static_cast<std::ptrdiff_t>(from), timings.begin() + static_cast<std::ptrdiff_t>(to)); };
   result.embree = part(0, first_look_up);

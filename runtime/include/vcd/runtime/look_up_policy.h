@@ -49,7 +49,7 @@ class LookUpPolicy {
     Way& way = k.ways[looked_up];
     const auto n = static_cast<double>(segments);
     // A batch that the system interrupted must not decide.
-    if (way.batches >= 8) nanoseconds = std::min(nanoseconds, 8 * way.nanoseconds / way.segments * n);
+    if (way.batches >= 8) nanoseconds = std::min(nanoseconds, 4 * way.nanoseconds / way.segments * n);
     way.nanoseconds += nanoseconds, way.segments += n, ++way.batches;
     if (k.ways[0].batches < kBatches || k.ways[1].batches < kBatches) return;
     k.use = k.ways[1].nanoseconds * k.ways[0].segments <= k.ways[0].nanoseconds * k.ways[1].segments ? Use::always : Use::never;

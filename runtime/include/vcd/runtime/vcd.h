@@ -114,6 +114,52 @@ typedef struct vcd_sphere_bundle {
 void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open);
 void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open);
 
+/* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number of
+ * threads at once, vcd_scene_set_transforms not beside them. */
+typedef struct vcd_scene vcd_scene;
+
+typedef struct vcd_instance {
+  const vcd_object* object;     /* NULL: always left to trace; its sidecar must outlive the scene */
+  float box_min[3], box_max[3]; /* that holds the mesh, in its own frame; read only where object is NULL */
+  float to_world[12];           /* row-major 3 x 4 */
+  uint32_t mask;                /* asked where it shares a bit with the query's */
+} vcd_instance;
+
+/* kernel: as in vcd_open_options; NULL: the fastest. On success *scene must be given to vcd_scene_free. */
+vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene, vcd_error* error);
+void vcd_scene_free(vcd_scene* scene); /* NULL is fine */
+
+/* 12 floats an instance, for all of them. On failure nothing has changed. */
+vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd_error* error);
+
+/* Segments of an array or a bundle that could meet one instance. */
+typedef struct vcd_open_segments {
+  uint32_t instance;
+  vcd_segment_arrays segments; /* in the object's frame, t as in the world; at most 256, readable up to a multiple of 16 */
+  const uint32_t* indices;     /* of the same segments in the query */
+  uint8_t* blocked;            /* 0 for each of them: to become 1 where the instance blocks it */
+} vcd_open_segments;
+typedef void (*vcd_trace_open)(void* context, const vcd_open_segments* open);
+
+#define VCD_NO_INSTANCE 0xFFFFFFFFu
+
+typedef struct vcd_scene_query {
+  uint32_t mask;           /* all instances: 0xFFFFFFFF */
+  const uint32_t* origins; /* the instance that each segment begins on, or VCD_NO_INSTANCE; of a bundle one; or NULL */
+} vcd_scene_query;
+
+/* The look-ups alone, of one segment in the world's frame. origin: as in vcd_scene_query. */
+vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
+
+/* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace is asked for
+ * what look-ups leave open. query: NULL for all instances and no origins. */
+void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query, vcd_trace_open trace,
+                        void* context, uint64_t* blocked);
+void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
+                             void* context, uint64_t* blocked);
+void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
+                               void* context, uint64_t* blocked);
+
 #ifdef __cplusplus
 }
 #endif
