@@ -94,6 +94,15 @@ class Bench {
                             });
                           }});
     const size_t first_vcd = variants.size();
+    // What bounds the others: look-ups for nothing, and of each segment all that is left at once.
+    std::vector<Segment> left_open;
+    for (size_t i = 0; i < rays.segments.size(); ++i)
+      if (scene_.classify(rays.segments[i], query(rays, i, 1)) == Visibility::unclassified) left_open.push_back(rays.segments[i]);
+    variants.push_back({"what look-ups leave alone, rtcOccluded16", [&] {
+                          uint8_t blocked[kArray];
+                          for (size_t first = 0; first < left_open.size(); first += kArray)
+                            occluded(world_.shadow_casters(), {16}, std::span(left_open).subspan(first, std::min(kArray, left_open.size() - first)), blocked);
+                        }});
     variants.push_back({"look-ups of single segments", [&] {
                           uint64_t sum = 0;
                           for (size_t i = 0; i < rays.segments.size(); ++i)

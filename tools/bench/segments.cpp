@@ -147,6 +147,14 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
                           for (const QuadBundle& bundle : bundles) object(k).classify(bundle, blocked, open);
                         }});
   const size_t first_whole = variants.size();
+  // What bounds the others: look-ups for nothing.
+  std::vector<Segment> left_open;
+  for (const Segment& s : segments)
+    if (single.classify(s) == Visibility::unclassified) left_open.push_back(s);
+  variants.push_back({"what look-ups leave alone, " + name_of(fallback), [&] {
+                        uint8_t blocked[kArray];
+                        in_parts(left_open, [&](std::span<const Segment> part, size_t) { occluded(scene_, fallback, part, blocked); });
+                      }});
   variants.push_back({"single calls, then rtcOccluded1", [&] {
                         RTCIntersectContext context;
                         rtcInitIntersectContext(&context);
