@@ -18,12 +18,14 @@
 #include "octree/demote.h"
 #include "octree/octree.h"
 #include "plan/probe.h"
+#include "prepare/margins.h"
 
 namespace vcd {
 
 struct BakedObject::Arrays {
   TreeArrays tree;
   std::vector<std::byte> geometry;
+  std::vector<uint8_t> margins;  // of an object in which something is blocked
 };
 
 BakedObject::BakedObject() : arrays_(std::make_unique<Arrays>()) {}
@@ -31,10 +33,14 @@ BakedObject::BakedObject(BakedObject&&) noexcept = default;
 BakedObject& BakedObject::operator=(BakedObject&&) noexcept = default;
 BakedObject::~BakedObject() = default;
 
-TreeView BakedObject::tree() const { return arrays_->tree.view(); }
+TreeView BakedObject::tree() const {
+  TreeView tree = arrays_->tree.view();
+  if (!arrays_->margins.empty()) tree.margins = arrays_->margins.data();
+  return tree;
+}
 
 ObjectToWrite BakedObject::to_write() const {
-  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry};
+  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry, std::as_bytes(std::span(arrays_->margins))};
 }
 
 namespace {
@@ -213,8 +219,12 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   object.bytes_before_demotion = tree_bytes(octree->tree.view());
   if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads, &object.cells_demoted);
   object.arrays_->tree = std::move(octree->tree);
-  object.seconds = baking();
   count_tree(object.tree(), object.record);
+  if (object.record.cells[1] + object.record.statistical_cells > 0) {
+    const auto margins = margins_of(mesh);
+    object.arrays_->margins = std::vector<uint8_t>(margins.begin(), margins.end());
+  }
+  object.seconds = baking();
   return object;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};

@@ -76,7 +76,24 @@ Segment AuditLines::through(const Vec& point, Vec along) {
     s.direction[i] = static_cast<float>(point[i] - static_cast<double>(s.origin[i]));
   }
   s.t_max = static_cast<float>((before + after) / before);
+  if (uniform() < 0.1) shorten(s);
   return s;
+}
+
+// Begins or ends shortly behind the box's surface, as what stands on the ground sees it.
+void AuditLines::shorten(Segment& s) {
+  double enter = s.t_min, leave = s.t_max;
+  for (size_t i = 0; i < 3; ++i) {
+    const double o = s.origin[i], d = s.direction[i];
+    const double t0 = (center_[i] - half_[i] - o) / d, t1 = (center_[i] + half_[i] - o) / d;
+    if (d == 0) continue;
+    enter = std::max(enter, std::min(t0, t1));
+    leave = std::min(leave, std::max(t0, t1));
+  }
+  if (!(enter < leave)) return;
+  const double part = (leave - enter) * std::pow(2.0, -10 + 8 * uniform());
+  if (random_() % 2) s.t_min = static_cast<float>(enter + part);
+  else s.t_max = static_cast<float>(leave - part);
 }
 
 Segment AuditLines::next() {

@@ -20,6 +20,7 @@ class AuditLines {
   Vec point_on_face(uint32_t face);
   Vec point_on_mesh();
   Segment through(const Vec& point, Vec along);  // from outside the box, beyond it on both sides
+  void shorten(Segment& s);
 
   const PreparedMesh& mesh_;
   AuditKind kind_;

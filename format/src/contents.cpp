@@ -64,6 +64,7 @@ class Reader {
   bool check_kind(const SectionEntry& e, uint64_t at);
   bool check_sizes(const SectionEntry& e, uint64_t at, const std::string& name);
   bool read_objects();
+  bool set_margins(const SectionEntry& s, uint32_t index);
   bool check_object(uint32_t index, uint64_t at, uint64_t& names_end);
   bool method_is_known(const ObjectRecord& r) const;
   bool check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_t at);
@@ -109,7 +110,8 @@ bool Reader::read_header() {
 
 // Reserved fields must be zero in a file of a version that this reader knows; a later minor version may use them.
 bool Reader::check_reserved(const void* bytes, size_t size, uint64_t offset, const char* what) {
-  if (contents_.header->version_minor > kVersionMinor) return true;  // 0 in both major versions
+  const uint16_t last_known = contents_.header->version_major == kVersionMajor ? kVersionMinor : 0;
+  if (contents_.header->version_minor > last_known) return true;
   return all_zero(std::span(static_cast<const uint8_t*>(bytes), size)) ||
          report(FindingId::reserved_not_zero, offset, what);
 }
@@ -185,6 +187,7 @@ bool Reader::check_kind(const SectionEntry& e, uint64_t at) {
       alignment = is_raw ? kPageAlignment : kSmallAlignment;
       break;
     case kSectionGeometry:
+    case kSectionMargins:
       flags = 0;
       owned = true;
       break;
@@ -243,13 +246,27 @@ bool Reader::read_objects() {
   // Every TREE and GEOM section belongs to an object that names it.
   for (uint32_t i = 0; good && i < contents_.sections.size(); ++i) {
     const SectionEntry& s = contents_.sections[i];
-    if (s.type != kSectionTree && s.type != kSectionGeometry) continue;
+    if (s.type != kSectionTree && s.type != kSectionGeometry && s.type != kSectionMargins) continue;
     if (s.object >= contents_.objects.size()) return report(FindingId::section_object, entry_offset(i));
+    if (s.type == kSectionMargins) {
+      if (!set_margins(s, i)) return false;
+      continue;
+    }
     const ObjectRecord& r = records[s.object];
     if ((s.type == kSectionTree ? r.tree_section : r.geometry_section) != i)
       good = report(FindingId::section_object, entry_offset(i), "its object names another section");
   }
   return good;
+}
+
+bool Reader::set_margins(const SectionEntry& s, uint32_t index) {
+  const std::string name = section_type_name(s.type);
+  if (s.logical_size != kMarginBytes)
+    return report(FindingId::section_size, entry_offset(index), name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kMarginBytes));
+  const uint8_t*& margins = contents_.objects[s.object].tree.margins;
+  if (margins) return report(FindingId::section_count, entry_offset(index), "a second " + name + " of object " + std::to_string(s.object));
+  margins = reinterpret_cast<const uint8_t*>(stored(s).data());
+  return true;
 }
 
 bool box_is_usable(const ObjectRecord& r) {

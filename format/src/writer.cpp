@@ -156,6 +156,7 @@ bool Layout::make(const SidecarToWrite& contents) {
     const ObjectToWrite& object = contents.objects[i];
     records_[i].tree_section = static_cast<uint32_t>(sections_.size());
     sections_.push_back(make_section(kSectionTree, kSectionCritical, i, object.tree));
+    if (!object.margins.empty()) sections_.push_back(make_section(kSectionMargins, 0, i, {object.margins}));
     records_[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections_.size());
     if (!object.geometry.empty()) sections_.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
   }

@@ -95,7 +95,7 @@ uint32_t boxes_in_beam(const SceneNode& node, const SceneBeam& beam) {
 // A segment in an instance's grid, and where it lies there.
 struct Placed {
   PairPlace place;
-  uint32_t face_pair, stuv;
+  LineCell line;
   float length;
 };
 Placed placed(const ToGrid& grid, const Segment& segment) {
@@ -114,19 +114,19 @@ Placed placed(const ToGrid& grid, const Segment& segment) {
     const bool pierces = segment.t_min <= line.t_entry && segment.t_max >= line.t_exit;
     place = outside ? PairPlace::outside : pierces ? PairPlace::pierces : PairPlace::ends_inside;
   }
-  return {place, line.pair, line.s << 24 | line.t << 16 | line.u << 8 | line.v, (line.t_exit - line.t_entry) * norm(in.direction)};
+  return {place, line, (line.t_exit - line.t_entry) * norm(in.direction)};
 }
 
 void classify_pair(const SceneData& scene, const Segment& segment, const ScenePair& pair, SceneAnswers answers) {
   const Placed p = placed(scene.to_grid[pair.instance], segment);
-  answers.take(pair, pair_answer(scene.objects[pair.instance], p.place, p.face_pair, p.stuv), p.length);
+  answers.take(pair, pair_answer(scene.objects[pair.instance], p.place, p.line, segment.t_min, segment.t_max), p.length);
 }
 
 template <uint32_t kDepth>
 void placed_of(const ObjectData& data, const ToGrid& grid, const SegmentArrays& segments, Visibility* answers) {
   for (size_t i = 0; i < segments.count; ++i) {
     const Placed p = placed(grid, segment_at(segments, i));
-    answers[i] = pair_answer(&data, p.place, p.face_pair, p.stuv);
+    answers[i] = pair_answer(&data, p.place, p.line, segments.t_min[i], segments.t_max[i]);
   }
 }
 
@@ -136,7 +136,7 @@ void bundle_in(const ObjectData& data, const ToGrid& grid, const BeamFrame& fram
     if (!(live >> (i / kRun) & 1)) continue;
     const auto& o = frame.origin;
     const Placed p = placed(grid, {{o[0], o[1], o[2]}, 0.0f, {directions[0][i], directions[1][i], directions[2][i]}, 1.0f});
-    set_bits(pair_answer(&data, p.place, p.face_pair, p.stuv), i, blocked, open);
+    set_bits(pair_answer(&data, p.place, p.line, 0.0f, 1.0f), i, blocked, open);
   }
 }
 

@@ -73,7 +73,7 @@ HWY_INLINE Lanes load(const SegmentArrays& from, size_t at) {
 struct Lines {
   Truth valid;
   Floats entry, exit;
-  Words pair;
+  Words pair, low, high;  // and its faces
   Truth swapped;  // they enter by the higher face of the pair
   Words stuv;     // s, t, u, v, one byte each
 };
@@ -151,14 +151,33 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
   const Words pair = hn::Sub(hn::Add(hn::ShiftRight<1>(hn::Mul(low, hn::Sub(all(9u), low))), high), all(1u));
 
   const Words stuv = hn::Or(hn::Or(hn::ShiftLeft<24>(s), hn::ShiftLeft<16>(t)), hn::Or(hn::ShiftLeft<8>(u), v));
-  return {valid, entry, exit, pair, swapped, stuv};
+  return {valid, entry, exit, pair, low, high, swapped, stuv};
+}
+
+// covers(), for lines that meet the box. Of others it is anything.
+HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, const Lines& lines) {
+  const auto margin = [&](Words face, Words first, Words second) HWY_ATTR {
+    const Words square = hn::Or(hn::ShiftLeft<8>(face), hn::Or(hn::ShiftLeft<4>(hn::And(first, all(15u))), hn::And(second, all(15u))));
+    const Words word = gather(reinterpret_cast<const uint32_t*>(margins), hn::ShiftRight<2>(square));
+    const Words byte = hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(square, all(3u)))), all(255u));
+    return hn::Mul(hn::ConvertTo(F(), hn::BitCast(I(), byte)), all(1 / kGrid));
+  };
+  const Floats at_low = margin(lines.low, hn::ShiftRight<28>(lines.stuv), hn::ShiftRight<20>(lines.stuv));
+  const Floats at_high = margin(lines.high, hn::ShiftRight<12>(lines.stuv), hn::ShiftRight<4>(lines.stuv));
+  const Floats way = hn::Sub(lines.exit, lines.entry);
+  const Floats at_entry = hn::IfThenElse(lines.swapped, at_high, at_low), at_exit = hn::IfThenElse(lines.swapped, at_low, at_high);
+  return hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)), hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way)));
 }
 
 template <uint32_t kDepth>
 HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const Lines& lines) {
   constexpr TreeShape kShape = tree_shape(kDepth);
   const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
-  const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
+  Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
+  if (tree.margins) {
+    const Truth within = hn::AndNot(hn::Or(outside, pierces), lines.valid);
+    if (!hn::AllFalse(F(), within)) pierces = hn::Or(pierces, hn::And(within, covers_lanes(tree.margins, lanes, lines)));
+  }
   // Lines that miss the box, and those that nothing in this tree can answer, read the spare slot.
   Truth answerable = lines.valid;
   if (!tree.has_clear) answerable = hn::And(answerable, tree.has_blocked ? hn::Or(outside, pierces) : outside);

@@ -82,8 +82,11 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
   const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
 
-  HWY_ALIGN uint32_t stuv[kWidth], face_pair[kWidth], place[kWidth];
-  HWY_ALIGN float length[kWidth];
+  HWY_ALIGN uint32_t stuv[kWidth], face_pair[kWidth], place[kWidth], swapped[kWidth];
+  HWY_ALIGN float length[kWidth], entry[kWidth], exit[kWidth];
+  hn::Store(hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)), U(), swapped);
+  hn::Store(lines.entry, F(), entry);
+  hn::Store(lines.exit, F(), exit);
   hn::Store(lines.stuv, U(), stuv);
   hn::Store(lines.pair, U(), face_pair);
   const auto number = [](PairPlace p) HWY_ATTR { return all(static_cast<uint32_t>(p)); };
@@ -91,8 +94,10 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   const Words known = hn::IfThenElse(hn::RebindMask(U(), outside), number(PairPlace::outside), within);
   hn::Store(hn::IfThenElse(hn::RebindMask(U(), lines.valid), known, number(PairPlace::unknown)), U(), place);
   hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(lanes.direction)), F(), length);
-  for (size_t k = 0; k < count; ++k)
-    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), face_pair[k], stuv[k]), length[k]);
+  for (size_t k = 0; k < count; ++k) {
+    const LineCell line{true, true, face_pair[k], stuv[k] >> 24, stuv[k] >> 16 & 255, stuv[k] >> 8 & 255, stuv[k] & 255, swapped[k] != 0, entry[k], exit[k]};
+    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), line, t_min[k], t_max[k]), length[k]);
+  }
 }
 
 void ClassifySceneOf(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {

@@ -108,13 +108,11 @@ struct SceneBeam {
 // Where a pair's segment is, in the instance's grid.
 enum class PairPlace : uint32_t { unknown, outside, ends_inside, pierces };
 
-inline Visibility pair_answer(const ObjectData* object, PairPlace place, uint32_t face_pair, uint32_t stuv) {
+inline Visibility pair_answer(const ObjectData* object, PairPlace place, const LineCell& line, float t_min, float t_max) {
   if (place == PairPlace::outside) return Visibility::clear;
   if (place == PairPlace::unknown || !object) return Visibility::unclassified;
   const TreeView& tree = object->tree;
-  LineCell line{};
-  line.pair = face_pair;
-  line.s = stuv >> 24, line.t = stuv >> 16 & 255, line.u = stuv >> 8 & 255, line.v = stuv & 255;
+  if (place == PairPlace::ends_inside && tree.margins && covers(tree.margins, line, t_min, t_max)) place = PairPlace::pierces;
   const uint32_t bits = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line);
   const uint32_t answers = 0b10'10'10'00u ^ (place == PairPlace::pierces ? tree.blocked_answers : 0u);
   return static_cast<Visibility>(answers >> (2 * bits) & 3u);

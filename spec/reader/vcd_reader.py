@@ -79,7 +79,8 @@ class Section:
 
 #            critical, owned by an object, storages
 KNOWN = {"OBJT": (1, False, (0,)), "NAME": (1, False, (0,)), "PROV": (0, False, (0,)),
-         "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,))}
+         "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,)),
+         "MARG": (0, True, (0,))}
 
 
 class VcdFile:
@@ -110,8 +111,8 @@ class VcdFile:
         require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
 
     def reserved(self, at, size):
-        """*Reserved fields*: zero in a file of version 1.0 or 2.0; ignored in files of later minor versions."""
-        require(self.minor > 0 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
+        """*Reserved fields*: zero in a file of version 1.0, 2.0 or 2.1; ignored in files of later minor versions."""
+        require(self.minor > self.major - 1 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
 
     def read_section_table(self):
         """*Section table*: the entries one by one, and the layout."""
@@ -166,17 +167,19 @@ class VcdFile:
         return found[0] if found else None
 
     def read_objects(self):
-        """*OBJT section*, and which TREE and GEOM belong to which object."""
+        """*OBJT section*, and which TREE, GEOM and MARG belong to which object."""
         section = self.only("OBJT", 1)
         require(section.stored_size % 256 == 0, "OBJT section", section.at + 24, "size is no multiple of 256")
         self.objects = [ObjectRecord(self, section.offset + at) for at in range(0, section.stored_size, 256)]
         owned = {}
         for s in self.sections:
-            if s.type in ("TREE", "GEOM"):
+            if s.type in ("TREE", "GEOM", "MARG"):
                 require(s.object < len(self.objects), "Section table", s.at + 8, f"no object {s.object}")
                 require((s.type, s.object) not in owned, "Section table", s.at + 8,
                         f"second {s.type} of object {s.object}")
                 owned[s.type, s.object] = s.index
+                require(s.type != "MARG" or s.logical_size == 1536, "MARG section", s.at + 32, "size is not 1536")
+        self.owned = owned
         for i, o in enumerate(self.objects):
             require(("TREE", i) in owned, "Section table", o.at, f"object {i} has no TREE")
             require(o.tree_section == owned["TREE", i], "OBJT section", o.at + 96, "tree_section is wrong")
@@ -224,6 +227,11 @@ class VcdFile:
         o = self.objects[index]
         section = self.sections[o.tree_section]
         return Tree(self.contents[section.index], o, section)
+
+    def margins(self, index):
+        """*MARG section* of an object: its 1536 bytes, or None."""
+        section = self.owned.get(("MARG", index))
+        return None if section is None else self.contents[section]
 
     def dump(self):
         for i in range(len(self.objects)):
@@ -484,8 +492,8 @@ OTHER_AXES = ((1, 2), (0, 2), (0, 1))
 
 
 def line_to_cell(record, origin, direction):
-    """*Line to cell*, steps 2 to 9. None: not valid; else (t_entry, t_exit, cell), where cell is (pair, s, t, u, v), or
-    None if the line misses the box."""
+    """*Line to cell*, steps 2 to 9. None: not valid; else (t_entry, t_exit, cell, swapped), where cell is (pair, s, t, u, v),
+    or None if the line misses the box, and swapped says that it enters by the second face."""
     p = [f32(f32(o - m) * k) for o, m, k in zip(origin, record.box_min, record.scale)]                       # 2
     q = [f32(d * k) for d, k in zip(direction, record.scale)]
     distance = f32(f32(abs(p[0]) + abs(p[1])) + abs(p[2]))                                                   # 3
@@ -501,7 +509,7 @@ def line_to_cell(record, origin, direction):
         far.append(max(low, high))
     t_entry, t_exit = max(near), min(far)                                                                    # 6
     if not t_entry < t_exit:
-        return t_entry, t_exit, None
+        return t_entry, t_exit, None, False
     entry_axis, exit_axis = near.index(t_entry), far.index(t_exit)
     entry_face = 2 * entry_axis + (q[entry_axis] < 0)                                                        # 7
     exit_face = 2 * exit_axis + (not q[exit_axis] < 0)
@@ -510,27 +518,41 @@ def line_to_cell(record, origin, direction):
     for face, t in sorted(points):                                                                           # 8, 9
         for a in OTHER_AXES[face // 2]:
             coordinates.append(int(min(max(f32(f32(q[a] * t) + p[a]), 0.0), 255.0)))
-    return t_entry, t_exit, (PAIRS[min(entry_face, exit_face), max(entry_face, exit_face)], *coordinates)
+    return t_entry, t_exit, (PAIRS[min(entry_face, exit_face), max(entry_face, exit_face)], *coordinates), entry_face > exit_face
 
 
-def classify(record, tree, origin, t_min, direction, t_max):
+def covers(margins, cell, t_entry, t_exit, swapped, t_min, t_max):
+    """*Margins*: whether a segment leaves out no more of its line's way than the margins at its ends. margins: bytes or None."""
+    if margins is None:
+        return t_min <= t_entry and t_max >= t_exit
+    pair, *coordinates = cell
+    ends = []
+    for face, (first, second) in zip(tuple(PAIRS)[pair], (coordinates[:2], coordinates[2:])):
+        ends.append(margins[256 * face + 16 * (first >> 4) + (second >> 4)] / 256)
+    at_entry, at_exit = reversed(ends) if swapped else ends
+    way = f32(t_exit - t_entry)
+    late, early = (f32(a - b) if math.isfinite(a - b) else a - b for a, b in ((t_min, t_entry), (t_exit, t_max)))
+    return late <= f32(at_entry * way) and early <= f32(at_exit * way)
+
+
+def classify(record, tree, origin, t_min, direction, t_max, margins=None):
     """*Line to cell*, The answer."""
     line = line_to_cell(record, origin, direction)
     if line is None or record.method == NO_METHOD:
         return UNCLASSIFIED
-    t_entry, t_exit, cell = line
+    t_entry, t_exit, cell, swapped = line
     if cell is None or t_min >= t_exit or t_max <= t_entry:
         return CLEAR
     found = tree.cell_class(*cell)
     if found == CLEAR:
         return CLEAR
     blocked = found in (BLOCKED, STATISTICALLY_BLOCKED)
-    return BLOCKED if blocked and t_min <= t_entry and t_max >= t_exit else UNCLASSIFIED
+    return BLOCKED if blocked and covers(margins, cell, t_entry, t_exit, swapped, t_min, t_max) else UNCLASSIFIED
 
 
 def classify_file(file, index, segments):
-    record, tree = file.objects[index], file.tree(index)
-    return bytes(classify(record, tree, (ox, oy, oz), t_min, (dx, dy, dz), t_max)
+    record, tree, margins = file.objects[index], file.tree(index), file.margins(index)
+    return bytes(classify(record, tree, (ox, oy, oz), t_min, (dx, dy, dz), t_max, margins)
                  for ox, oy, oz, t_min, dx, dy, dz, t_max in struct.iter_unpack("<8f", segments))
 
 

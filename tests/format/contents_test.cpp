@@ -444,6 +444,35 @@ TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
   }
 }
 
+TEST(Margins, AreOneSectionOfOneSizeForAnObject) {
+  const BakedObject baked = must_bake(sphere(), quick(2));
+  const auto findings = [&](const SidecarToWrite& contents) {
+    const auto bytes = sidecar_bytes(contents);
+    std::vector<Finding> found;
+    const auto read = read_sidecar({bytes->data.get(), bytes->size}, CheckLevel::full, found);
+    EXPECT_EQ(read.has_value(), found.empty());
+    if (read) {
+      EXPECT_EQ(read->objects[0].margins().size(), kMarginBytes);
+    }
+    return found;
+  };
+  SidecarToWrite good;
+  good.objects = {baked.to_write()};
+  ASSERT_EQ(good.objects[0].margins.size(), kMarginBytes);
+  EXPECT_TRUE(findings(good).empty());
+  SidecarToWrite bad = good;
+  bad.objects[0].margins = bad.objects[0].margins.first(8);
+  EXPECT_TRUE(found(findings(bad), FindingId::section_size));
+  for (const auto& [object, finding] : {std::pair(0u, FindingId::section_count), std::pair(1u, FindingId::section_object), std::pair(kNone, FindingId::section_object)}) {
+    bad = good;
+    OptionalSection second;
+    second.entry.type = kSectionMargins, second.entry.object = object;
+    second.logical = good.objects[0].margins;
+    bad.others = {second};
+    EXPECT_TRUE(found(findings(bad), finding)) << object;
+  }
+}
+
 TEST_F(Contents, RefusesUnequalCellsInATreeOfDepthOne) {
   Sidecar file{*small_};
   file.object().depth = 1;
@@ -539,7 +568,7 @@ TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
     out.storage = storage;
     for (const auto& [key, value] : contents->provenance) out.provenance.emplace(key, value);
     for (const ObjectContents& object : contents->objects)
-      out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry});
+      out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry, object.margins()});
     const auto memory = vcd::sidecar_bytes(out);
     ASSERT_TRUE(memory.ok());
     EXPECT_EQ(reinterpret_cast<uintptr_t>(memory->data.get()) % 64, 0u);

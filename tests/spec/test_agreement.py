@@ -36,6 +36,12 @@ def segments_for(box_min, box_max, seed):
             d[rng.randrange(3)] = rng.choice([0.0, -0.0])
         if i % 50 == 0:
             rng.choice([a, d])[rng.randrange(3)] = rng.choice(specials)
+        if i % 3 == 0:  # begins or ends shortly behind a face
+            axis, depth = rng.randrange(3), rng.choice([0.001, 0.01, 0.1])
+            a[axis] = box_min[axis] + extent[axis] * rng.choice([depth, 1 - depth])
+            d = [2 * (y - x) for x, y in zip(a, b)]
+            if i % 2 == 0:
+                a, d = [x + y for x, y in zip(a, d)], [-x for x in d]
         if i % 97 == 0:
             t_min = rng.choice([float("nan"), -5.0, 0.3])
         out += struct.pack("<8f", *a, t_min, *d, t_max)

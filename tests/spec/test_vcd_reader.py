@@ -474,6 +474,19 @@ class Classify(unittest.TestCase):
         def ask(origin, direction, t_min=0.0, t_max=INF):
             return classify(record, tree, origin, t_min, direction, t_max)
 
+        margins = bytearray(1536)
+        margins[16 * 0 + 1] = 5                                                     # face 0, y in [0, 16], z in [16, 32]
+
+        def ask_with_margins(origin, direction, t_min=0.0, t_max=INF):
+            return classify(record, tree, origin, t_min, direction, t_max, margins)
+
+        self.assertEqual(ask_with_margins((5.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)   # begins five units behind face 0
+        self.assertEqual(ask_with_margins((5.1, 10.0, 20.0), (1.0, 0.0, 0.0)), 2)
+        self.assertEqual(ask_with_margins((5.0, 20.0, 20.0), (1.0, 0.0, 0.0)), 2)   # another square
+        self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 252.0), 1)  # ends there
+        self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 251.9), 2)
+        self.assertEqual(ask_with_margins((250.0, 10.0, 20.0), (-1.0, -0.0, 0.0)), 2)  # no margin at face 1
+
         self.assertEqual(ask((-1.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)
         self.assertEqual(ask((-1.0, 200.0, 20.0), (1.0, 0.0, 0.0)), 0)
         self.assertEqual(ask((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0)), 1)            # reversed

@@ -98,4 +98,8 @@ int main(int argc, char** argv) {
   std::vector<ObjectToWrite> objects;
   for (const BakedObject& object : baked) objects.push_back(object.to_write());
   write(std::filesystem::path(argv[1]) / "v2-methods.vcd", objects, Storage::zstd);
+
+  // Version 2.1: with margins.
+  const BakedObject blocked[] = {must_bake(sphere(6, 8), quick(3, 81)), must_bake(cube(), quick(2, 16))};
+  write(std::filesystem::path(argv[1]) / "v2.1-margins.vcd", {blocked[0].to_write(), blocked[1].to_write()}, Storage::raw);
 }

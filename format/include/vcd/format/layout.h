@@ -14,7 +14,7 @@ static_assert(std::endian::native == std::endian::little, "vcd reads and writes 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
 inline constexpr uint16_t kVersionMajor = 2;  // written; files of version 1 are read too
-inline constexpr uint16_t kVersionMinor = 0;
+inline constexpr uint16_t kVersionMinor = 1;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;
@@ -39,11 +39,17 @@ inline constexpr uint32_t kSectionNames = section_type("NAME");       // critica
 inline constexpr uint32_t kSectionProvenance = section_type("PROV");  // optional, at most one: sorted key/value pairs
 inline constexpr uint32_t kSectionTree = section_type("TREE");        // critical, one an object
 inline constexpr uint32_t kSectionGeometry = section_type("GEOM");    // optional, at most one an object: Draco bytes
+inline constexpr uint32_t kSectionMargins = section_type("MARG");     // optional, at most one an object: kMarginBytes bytes
 
 constexpr bool is_known_section(uint32_t type) {
   return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
-         type == kSectionGeometry;
+         type == kSectionGeometry || type == kSectionMargins;
 }
+
+// Each face of the box is divided into 16 × 16 squares, each of a byte: for how many grid units, in each of the three
+// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis first.
+inline constexpr uint32_t kMarginSquares = 16;
+inline constexpr size_t kMarginBytes = 6 * kMarginSquares * kMarginSquares;
 
 inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
 inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section

@@ -68,6 +68,7 @@ struct LineCell {
   uint32_t pair;   // 0 … 14, meaningful when the line hits
   uint32_t s, t;   // on face kFacePair[pair].low, 0 … 255, in grid units rounded down
   uint32_t u, v;   // on face kFacePair[pair].high
+  bool swapped;    // the line enters by face kFacePair[pair].high
   float t_entry;   // along the segment's own parameter
   float t_exit;
 };
@@ -121,7 +122,8 @@ inline uint64_t grid_bytes(Float4 entry, Float4 exit) {
 struct Route {
   uint8_t pair;
   uint8_t shift[4];
-  uint8_t unused[3];
+  uint8_t swapped;
+  uint8_t unused[2];
 };
 struct RouteTable {
   Route route[512];  // [axes of entry | axes of exit << 3 | negative directions << 6], the lowest of several axes wins
@@ -137,6 +139,7 @@ constexpr RouteTable make_route_table() {
     const uint32_t low = swapped ? exit_face : entry_face, high = swapped ? entry_face : exit_face;
     const uint32_t low_base = swapped ? 32 : 0, high_base = swapped ? 0 : 32;
     Route& route = table.route[key];
+    route.swapped = swapped;
     for (uint32_t p = 0; p < kFacePairs; ++p)
       if (kFacePair[p].low == low && kFacePair[p].high == high) route.pair = static_cast<uint8_t>(p);
     route.shift[0] = static_cast<uint8_t>(low_base + 8 * face_axes(low).first);
@@ -188,6 +191,7 @@ inline constexpr RouteTable kRoutes = make_route_table();
   const Route& route = kRoutes.route[key];
   const uint64_t bytes = grid_bytes(q * entry + p, q * exit + p);
   cell.pair = route.pair;
+  cell.swapped = route.swapped;
   cell.s = static_cast<uint32_t>(bytes >> route.shift[0]) & 255u;
   cell.t = static_cast<uint32_t>(bytes >> route.shift[1]) & 255u;
   cell.u = static_cast<uint32_t>(bytes >> route.shift[2]) & 255u;

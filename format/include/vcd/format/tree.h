@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <vcd/format/layout.h>
 #include <vcd/format/line_cell.h>
 #include <vcd/format/segment.h>
 
@@ -57,6 +58,7 @@ struct TreeView {
   uint64_t brick_count = 0;
   bool has_clear = true;    // false: the object record counts no clear cell, so looking for one is skipped
   bool has_blocked = true;  // likewise, of the classes that count as blocked
+  const uint8_t* margins = nullptr;  // kMarginBytes bytes, 4-byte aligned; null: none are known
   uint32_t blocked_answers = kProvenAnswers;  // kProvenAnswers, or kAllAnswers to take statistically blocked cells for blocked
 
   // Two bits a class: XORed to "unclassified" they give "blocked".
@@ -97,16 +99,31 @@ inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[c
   return brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
 }
 
+// Where a line that meets the box enters and leaves it: which of the squares of `margins`.
+inline uint32_t margin_square(uint32_t face, uint32_t first, uint32_t second) {
+  return face * kMarginSquares * kMarginSquares + (first >> 4) * kMarginSquares + (second >> 4);
+}
+
+// Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is nothing.
+inline bool covers(const uint8_t* margins, const LineCell& line, float t_min, float t_max) {
+  const auto [low, high] = kFacePair[line.pair];
+  const float at_low = static_cast<float>(margins[margin_square(low, line.s, line.t)]) * (1 / kGrid);
+  const float at_high = static_cast<float>(margins[margin_square(high, line.u, line.v)]) * (1 / kGrid);
+  const float way = line.t_exit - line.t_entry;
+  return (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) & (line.t_exit - t_max <= (line.swapped ? at_low : at_high) * way);
+}
+
 // What one segment's line and the tree say together: spec/vcd-format.md, "The answer". No allocation, no exception.
-// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away. The two branches are
+// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away. The branches are
 // for what is rare; everything that varies from ray to ray is arithmetic.
 [[gnu::always_inline]] inline Visibility classify(const GridFrame& frame, const TreeView& tree, TreeShape shape,
                                                   const Segment& segment) {
   const LineCell line = locate(frame, segment);
   const uint32_t outside = !line.hits | (segment.t_min >= line.t_exit) | (segment.t_max <= line.t_entry);
-  const uint32_t pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
-  const uint32_t answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
+  uint32_t pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
   if (!line.valid) return Visibility::unclassified;
+  if (tree.margins && !(outside | pierces)) pierces = covers(tree.margins, line, segment.t_min, segment.t_max);
+  const uint32_t answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
   if (!answerable) return Visibility::unclassified;
   const uint32_t slot = top_slot(shape, line), spare = shape.top_words();
   const uint32_t bits = bits_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line);
