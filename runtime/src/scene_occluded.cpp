@@ -134,8 +134,10 @@ class Chunk {
     for (size_t i = 0; i < count_; ++i)
       if (const uint32_t own = origin_of(i); own != kNoInstance) leave_open(own, one(i));
     trace_open();
-    for (size_t r = 0; r < (count_ + kRun - 1) / kRun; ++r)
-      if (run_of(live(), r) != 0 && !run_together(r)) run_alone(segments, r);
+    const size_t runs = (count_ + kRun - 1) / kRun;
+    if (!run_together(0, runs))
+      for (size_t r = 0; r < runs; ++r)
+        if (run_of(live(), r) != 0 && (runs == 1 || !run_together(r, 1))) run_alone(segments, r);
     trace_open();
   }
 
@@ -271,14 +273,14 @@ class Chunk {
     return sum * static_cast<float>(frame.reach) <= kFarthestReach;
   }
 
-  // A run's segments as one beam; false if they have too little in common, or begin before t = 0.
-  bool run_together(size_t r) {
-    const size_t first = r * kRun;
+  // The segments of some runs as one beam; false if they have too little in common, or begin before t = 0.
+  bool run_together(size_t first_run, size_t runs) {
+    const size_t first = first_run * kRun, count = runs * kRun;
     SceneBeam beam;
     float spread = 0, length = 0, origin_spread = 0, t_min = columns_.t_min[first], sum = 0;
     bool numbers = true;
     beam.t_max = columns_.t_max[first];
-    for (size_t i = first; i < first + kRun; ++i) {
+    for (size_t i = first; i < first + count; ++i) {
       t_min = std::min(t_min, columns_.t_min[i]), beam.t_max = std::max(beam.t_max, columns_.t_max[i]);
       sum += columns_.t_min[i] * 0;
       numbers &= !std::isnan(columns_.t_max[i]);
@@ -286,7 +288,7 @@ class Chunk {
     for (int a = 0; a < 3; ++a) {
       const float *o = columns_.origin[a] + first, *d = columns_.direction[a] + first;
       float o_low = o[0], o_high = o[0], d_low = d[0], d_high = d[0];
-      for (size_t i = 0; i < kRun; ++i) {
+      for (size_t i = 0; i < count; ++i) {
         o_low = std::min(o_low, o[i]), o_high = std::max(o_high, o[i]);
         d_low = std::min(d_low, d[i]), d_high = std::max(d_high, d[i]);
         sum += (o[i] + d[i]) * 0;
@@ -297,30 +299,35 @@ class Chunk {
     }
     constexpr float kCoherent = 0.25f;
     if (!(numbers && sum == 0 && t_min >= 0 && spread <= kCoherent * length && origin_spread <= kCoherent * length * beam.t_max)) return false;
-    walk(beam, [&](uint32_t instance) { look_up_run(instance, r); });
+    walk(beam, [&](uint32_t instance) { look_up_runs(instance, first_run, runs); });
     return true;
   }
 
-  void look_up_run(uint32_t instance, size_t r) {
-    uint64_t live_run = run_of(live(), r), blocked = 0, open = live_run;
-    if (live_run == 0) return;
-    if (!query_.origins.empty())
-      for (size_t k = 0; k < kRun; ++k)
-        if (origin_of(r * kRun + k) == instance) live_run &= ~(uint64_t{1} << k);  // asked before
-    if (const ObjectData* object = scene_.data.objects[instance]) {
-      Visibility answers[kRun];
-      object->many.placed(*object, scene_.data.to_grid[instance], columns_.view(r * kRun, kRun), answers);
-      open = 0;
-      for (size_t k = 0; k < kRun; ++k) {
-        const auto answer = static_cast<uint64_t>(answers[k]);
-        blocked |= (answer & 1) << k, open |= (answer >> 1) << k;
+  // Those in which something is not blocked.
+  void look_up_runs(uint32_t instance, size_t first_run, size_t runs) {
+    Bits open{}, blocked{};
+    const Bits now = live();
+    for (size_t r = first_run; r < first_run + runs;) {
+      if (run_of(now, r) == 0) {
+        ++r;
+        continue;
       }
+      size_t end = r + 1;
+      while (end < first_run + runs && run_of(now, end) != 0) ++end;
+      if (const ObjectData* object = scene_.data.objects[instance]) {
+        Visibility answers[kBundleChunk];
+        object->many.placed(*object, scene_.data.to_grid[instance], columns_.view(r * kRun, (end - r) * kRun), answers);
+        for (size_t i = r * kRun; i < end * kRun; ++i) set_bits(answers[i - r * kRun], i, blocked.data(), open.data());
+      } else {
+        for (size_t i = r * kRun; i < end * kRun; ++i) set_bits(Visibility::unclassified, i, blocked.data(), open.data());
+      }
+      r = end;
     }
-    const size_t word = r * kRun / 64, shift = r * kRun % 64;
-    blocked_[word] |= (blocked & live_run) << shift;
-    Bits bits{};
-    bits[word] = (open & live_run) << shift;
-    leave_open(instance, bits);
+    Bits asked = now;  // but for those that begin on this instance, which was asked before
+    for (size_t i = first_run * kRun; !query_.origins.empty() && i < std::min(count_, (first_run + runs) * kRun); ++i)
+      if (origin_of(i) == instance) asked[i / 64] &= ~(uint64_t{1} << (i % 64));
+    for (size_t w = 0; w < kChunkWords; ++w) blocked_[w] |= blocked[w] & asked[w], open[w] &= asked[w];
+    leave_open(instance, open);
   }
 
   // A run's segments one by one through the hierarchy.

@@ -18,7 +18,7 @@
 namespace vcd {
 namespace {
 
-constexpr size_t kArray = 256;  // segments of one call where they are in no bundle
+constexpr size_t kArray = 256;  // segments of one call at most
 
 // Bundles of one kind, and their segments in any order.
 struct Rays {
@@ -41,8 +41,15 @@ struct Rays {
     }
     bundles.clear();
   }
+  // Calls of arrays: a bundle each, or whatever comes next.
   template <class Visit>
   void in_parts(const Visit& visit) const {
+    size_t at = 0;
+    for (const Bundle& b : bundles) {
+      visit(at, b.segments.size());
+      at += b.segments.size();
+    }
+    if (!bundles.empty()) return;
     for (size_t first = 0; first < segments.size(); first += kArray) visit(first, std::min(kArray, segments.size() - first));
   }
 };
