@@ -89,17 +89,25 @@ struct Columns {
   }
 };
 
-// What is left open of a chunk, by instance.
-class OpenInstances {
+// Segments of a chunk by instance: what is left open, or where they begin.
+template <size_t kMost>
+class BitsByInstance {
  public:
-  static constexpr size_t kMost = 64;
+  void clear() { count_ = 0; }
   // False if there is no room for another instance.
   bool add_to(uint32_t instance, const Bits& bits) {
-    for (size_t k = count_; k-- > 0;)
-      if (instances_[k] == instance) return add(bits_[k], bits), true;
+    if (const size_t k = find(instance); k < count_) return add(bits_[k], bits), true;
     if (count_ == kMost) return false;
     instances_[count_] = instance, bits_[count_++] = bits;
     return true;
+  }
+  Bits of(uint32_t instance) const {
+    const size_t k = find(instance);
+    return k < count_ ? bits_[k] : Bits{};
+  }
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (size_t k = 0; k < count_; ++k) visit(instances_[k], bits_[k]);
   }
   // visit(instance, bits), those with most bits first; then there are none.
   template <class Visit>
@@ -112,6 +120,8 @@ class OpenInstances {
   }
 
  private:
+  size_t find(uint32_t instance) const { return static_cast<size_t>(std::find(instances_.begin(), instances_.begin() + static_cast<std::ptrdiff_t>(count_), instance) - instances_.begin()); }
+
   std::array<uint32_t, kMost> instances_;
   std::array<Bits, kMost> bits_;
   size_t count_ = 0;
@@ -131,8 +141,8 @@ class Chunk {
     start(segments.size(), first);
     for (size_t i = 0; i < count_; ++i) columns_.set(i, segments[i]);
     columns_.pad(count_);
-    for (size_t i = 0; i < count_; ++i)
-      if (const uint32_t own = origin_of(i); own != kNoInstance) leave_open(own, one(i));
+    find_origins();
+    origins_.for_each([&](uint32_t instance, const Bits& bits) { leave_open(instance, bits); });
     trace_open();
     const size_t runs = (count_ + kRun - 1) / kRun;
     if (!run_together(0, runs))
@@ -192,6 +202,16 @@ class Chunk {
     Bits bits{};
     bits[i / 64] = uint64_t{1} << (i % 64);
     return bits;
+  }
+  // origins_: a run of segments that begin on the same instance at a time.
+  void find_origins() {
+    origins_.clear();
+    for (size_t i = 0; i < count_ && !query_.origins.empty();) {
+      const uint32_t instance = origin_of(i);
+      Bits bits{};
+      for (; i < count_ && origin_of(i) == instance; ++i) bits[i / 64] |= uint64_t{1} << (i % 64);
+      if (instance != kNoInstance) origins_.add_to(instance, bits);
+    }
   }
   uint32_t origin_of(size_t i) const {
     const size_t at = one_origin_ ? 0 : first_ + i;
@@ -323,9 +343,7 @@ class Chunk {
       }
       r = end;
     }
-    Bits asked = now;  // but for those that begin on this instance, which was asked before
-    for (size_t i = first_run * kRun; !query_.origins.empty() && i < std::min(count_, (first_run + runs) * kRun); ++i)
-      if (origin_of(i) == instance) asked[i / 64] &= ~(uint64_t{1} << (i % 64));
+    const Bits asked = without(now, origins_.of(instance));  // the others were asked before
     for (size_t w = 0; w < kChunkWords; ++w) blocked_[w] |= blocked[w] & asked[w], open[w] &= asked[w];
     leave_open(instance, open);
   }
@@ -360,7 +378,8 @@ class Chunk {
   const TraceOpen* trace_;
   size_t count_ = 0, first_ = 0;
   Bits all_, blocked_, open_;
-  OpenInstances instances_;
+  BitsByInstance<64> instances_;
+  BitsByInstance<kBundleChunk> origins_;
   Columns columns_;
 };
 
