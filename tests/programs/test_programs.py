@@ -328,6 +328,23 @@ class Bench(Case):
         other = self.mesh("other.obj", soup(5))
         self.run_program("vc-bench", "segments", sidecar, other, code=8)
 
+    def test_instances(self):
+        trees, sidecar = self.folder / "trees.glb", self.folder / "trees.vcd"
+        scene = ("forest", "--instances", "5", "--species", "2", "--leaves", "30")
+        self.run_program("vc-scene", *scene, "-o", trees, "-q")
+        self.run_program("vc-bake", trees, "-d", "3", "-m", "proven", "-o", sidecar, "-q")
+        done = self.run_program("vc-bench", "instances", "forest,instances=5,species=2,leaves=30", sidecar, "--points", 40,
+                                "--repetitions", 1, "--format", "json")
+        kinds = json.loads(done.stdout)["kinds"]
+        self.assertEqual(len(kinds), 6)  # ground, instances and both, in order and shuffled
+        for ordered, shuffled in zip(kinds[:3], kinds[3:]):
+            self.assertEqual(shuffled["name"], ordered["name"] + ", shuffled")
+            for name in ("segments", "blocked", "differing"):
+                self.assertEqual(ordered[name], shuffled[name])
+            self.assertEqual(ordered["differing"], 0)
+            self.assertGreater(ordered["blocked"], 0)
+        self.run_program("vc-bench", "instances", "sierpinski,level=2", sidecar, code=1)
+
     def test_bake_rate(self):
         done = self.run_program("vc-bench", "bake-rate", self.mesh(), "--cells", 3, "--repetitions", 1)
         self.assertIn("rtcOccluded16", done.stdout)
