@@ -27,6 +27,9 @@ TEST(LookUpPolicy, TakesTheCheaperWayForEachKind) {
   decide(policy, From::inside, 40, 44);
   EXPECT_FALSE(policy.look_up(From::inside));
   EXPECT_TRUE(policy.look_up(From::outside));
+  policy.fix(From::inside, Use::measured);
+  decide(policy, From::inside, 40, 39.5);  // not worth while
+  EXPECT_FALSE(policy.look_up(From::inside));
   EXPECT_FALSE(policy.undecided(From::own));
   EXPECT_FALSE(policy.look_up(From::own));
 }

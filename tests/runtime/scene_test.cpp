@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -297,17 +298,25 @@ template <class Ask>
 Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& segments, const Ask& occluded, const SceneQuery& query,
           std::vector<uint64_t>& blocked) {
   Asked asked;
+  std::set<std::pair<uint32_t, uint32_t>> pairs;
   blocked.assign((segments.size() + 63) / 64, 7);
   occluded(blocked, [&](const OpenSegments& open) {
     ++asked.calls;
     for (size_t k = 0; k < open.segments.count; ++k) {
       const Segment& s = segments[open.indices[k]];
       EXPECT_EQ(open.blocked[k], 0);
+      EXPECT_TRUE(pairs.insert({open.indices[k], open.instance}).second);  // nothing is asked twice
       EXPECT_NE(forest.instances[open.instance].mask & query.mask, 0u);
       const Segment inside = scene.in_object(open.instance, s), given = segment_at(open.segments, k);
       EXPECT_EQ(std::memcmp(&inside, &given, sizeof inside), 0);
       open.blocked[k] = forest.blocked(s, open.instance);
       ++asked.segments;
+    }
+    // Whole packets can be read.
+    const Segment last = segment_at(open.segments, open.segments.count - 1);
+    for (size_t k = open.segments.count; k % 16 != 0; ++k) {
+      const Segment copy = segment_at(open.segments, k);
+      EXPECT_EQ(std::memcmp(&last, &copy, sizeof last), 0);
     }
   });
   for (size_t i = 0; i < segments.size(); ++i) {
@@ -324,12 +333,14 @@ Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& 
 // Neighbours that have much in common, as a renderer's packets have.
 std::vector<Segment> in_sixteens(const std::vector<Segment>& from, FloatRandom& random) {
   std::vector<Segment> all;
-  for (const Segment& s : from)
+  for (const Segment& s : from) {
+    const float spread = random.below(2) ? 0.05f : 1.0f;
     for (int k = 0; k < 16; ++k) {
       Segment near = s;
-      for (int a = 0; a < 3; ++a) near.origin[a] += random.between(-0.05f, 0.05f), near.direction[a] += random.between(-0.2f, 0.2f);
+      for (int a = 0; a < 3; ++a) near.origin[a] += random.between(-spread, spread), near.direction[a] += random.between(-0.2f, 0.2f);
       all.push_back(near);
     }
+  }
   return all;
 }
 
@@ -498,6 +509,32 @@ TEST(Scene, InC) {
   EXPECT_EQ(in_c, nullptr);
   EXPECT_EQ(vcd_scene_build(instances.data(), 2, "abacus", &in_c, nullptr), VCD_ERROR_USAGE);
   for (const vcd_sidecar* file : files) vcd_close(file);
+}
+
+TEST(Scene, HandsOverMoreInstancesThanItCanList) {
+  std::vector<SceneInstance> instances(200);
+  for (SceneInstance& i : instances)
+    i = {std::nullopt, {-1, -1, -1}, {1, 1, 1}, {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}};
+  const auto scene = Scene::build(instances);
+  FloatRandom random(7);
+  std::vector<Segment> coherent, scattered;
+  for (int i = 0; i < 300; ++i) {
+    coherent.push_back({{-3, random.between(-0.2f, 0.2f), 0}, 0, {6, 0.1f, 0.2f}, 1});
+    scattered.push_back({{random.between(-3, 3), random.between(-3, 3), -3}, 0, {0.1f, 0.2f, 6}, 1});
+  }
+  for (const auto* segments : {&coherent, &scattered})
+    for (uint32_t wanted : {0u, 63u, 64u, 65u, 199u}) {
+      std::vector<uint64_t> blocked(5);
+      uint64_t meeting = 0;
+      scene->occluded(*segments, blocked, [&](const OpenSegments& open) {
+        for (size_t k = 0; k < open.segments.count; ++k) open.blocked[k] = open.instance == wanted;
+        meeting += open.instance == wanted ? open.segments.count : 0;
+      });
+      uint64_t found = 0;
+      for (uint64_t word : blocked) found += static_cast<uint64_t>(std::popcount(word));
+      EXPECT_EQ(found, meeting);
+      EXPECT_GT(found, 20u);
+    }
 }
 
 TEST(Scene, DoesNotAllocate) {

@@ -88,7 +88,7 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
         fastest[option.looks_up] = seconds;
         (option.looks_up ? best.left : best.traced)[kind] = option.query;
       }
-    best.policy.fix(static_cast<From>(kind), looks_up && fastest[1] <= fastest[0] ? Use::always : Use::never);
+    best.policy.fix(static_cast<From>(kind), looks_up && fastest[1] <= LookUpPolicy::kWorthwhile * fastest[0] ? Use::always : Use::never);
   }
   return best;
 }

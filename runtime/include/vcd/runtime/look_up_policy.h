@@ -27,6 +27,9 @@ class LookUpPolicy {
  public:
   enum class Use : uint8_t { measured, always, never };
 
+  // Look-ups have to take less than this share of the BVH's time: what is nearly equal is left as it would be without them.
+  static constexpr double kWorthwhile = 0.97;
+
   // Segments from the object itself are not looked up unless told otherwise: their line meets the object where it begins, so
   // that no cell of it is clear, and it does not pierce the box.
   explicit LookUpPolicy(Use outside = Use::measured, Use inside = Use::measured, Use own = Use::never) : kinds_{Kind{outside}, Kind{inside}, Kind{own}} {}
@@ -52,7 +55,7 @@ class LookUpPolicy {
     if (way.batches >= 8) nanoseconds = std::min(nanoseconds, 4 * way.nanoseconds / way.segments * n);
     way.nanoseconds += nanoseconds, way.segments += n, ++way.batches;
     if (k.ways[0].batches < kBatches || k.ways[1].batches < kBatches) return;
-    k.use = k.ways[1].nanoseconds * k.ways[0].segments <= k.ways[0].nanoseconds * k.ways[1].segments ? Use::always : Use::never;
+    k.use = k.ways[1].nanoseconds * k.ways[0].segments <= kWorthwhile * k.ways[0].nanoseconds * k.ways[1].segments ? Use::always : Use::never;
   }
 
  private:
