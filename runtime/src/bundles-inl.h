@@ -19,7 +19,7 @@ HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
 
-static_assert(kRun % kWidth == 0 && kChunk % kRun == 0);
+static_assert(kWidth >= 4 && kRun % kWidth == 0 && kChunk % kRun == 0);  // four corner lines
 
 // Directions of one run's segments.
 HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const BundleChunk& chunk, size_t at, float* const (&into)[3]) {

@@ -16,6 +16,15 @@ namespace HWY_NAMESPACE {
 
 using Boxes = hn::CappedTag<float, 8>;
 
+// A bit for each box that is entered, within rounding, before it is left.
+HWY_INLINE uint32_t meet(hn::VFromD<Boxes> near, hn::VFromD<Boxes> far) {
+  const auto slack = hn::Set(Boxes(), kBoxSlack);
+  const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(Boxes(), hit, bits);
+  return bits[0];
+}
+
 // Which of a node's boxes a segment could meet.
 HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
   constexpr size_t kStep = hn::MaxLanes(Boxes());
@@ -29,11 +38,7 @@ HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
       near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), first + i), all8(ray.origin[a])), all8(ray.inverse[a])));
       far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), last + i), all8(ray.origin[a])), all8(ray.inverse[a])));
     }
-    const auto slack = all8(kBoxSlack);
-    const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(Boxes(), hit, bits);
-    met |= static_cast<uint32_t>(bits[0]) << i;
+    met |= meet(near, far) << i;
   }
   return met;
 }
@@ -54,11 +59,7 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
       bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all8(beam.origin_low[a])), beam.inverse_low[a], beam.inverse_low[a] < 0);
       bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all8(beam.origin_high[a])), beam.inverse_high[a], beam.inverse_high[a] > 0);
     }
-    const auto slack = all8(kBoxSlack);
-    const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(Boxes(), hit, bits);
-    met |= static_cast<uint32_t>(bits[0]) << i;
+    met |= meet(near, far) << i;
   }
   return met;
 }
