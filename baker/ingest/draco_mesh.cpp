@@ -118,10 +118,8 @@ Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes, std::optional<uin
                    draco::IsDataTypeIntegral(attribute->data_type())};
 }
 
-Result<Ingested> ingest_drc(const std::filesystem::path& path, const IngestOptions&) try {
-  const Result<std::string> file = read_file(path);
-  if (!file) return file.error();
-  Result<DracoMesh> mesh = decode_draco({reinterpret_cast<const uint8_t*>(file->data()), file->size()});
+Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) try {
+  Result<DracoMesh> mesh = decode_draco({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
   if (!mesh) return file_error(path, mesh.error().code, mesh.error().message);
   const std::string fault = fault_of(*mesh);
   if (!fault.empty()) return file_error(path, ErrorCode::invalid_file, fault);

@@ -7,6 +7,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string_view>
 #include <optional>
 #include <span>
 #include <vector>
@@ -29,6 +30,6 @@ Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes,
                                std::optional<uint32_t> position_id = std::nullopt);
 
 // Reads a .drc file as one mesh; see ingest().
-Result<Ingested> ingest_drc(const std::filesystem::path& path, const IngestOptions& options = {});
+Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
 }  // namespace vcd

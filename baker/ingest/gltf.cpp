@@ -22,13 +22,14 @@ std::string counted(size_t number, const char* singular, const char* plural) {
 
 class GltfReader {
  public:
-  GltfReader(const std::filesystem::path& path, const IngestOptions& options)
-      : options_(options), document_(path), buffers_(document_), skinned_(find_skinned_meshes(document_)) {}
+  GltfReader(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options)
+      : options_(options), document_(path, bytes), buffers_(document_), skinned_(find_skinned_meshes(document_)) {}
 
   Ingested read() {
     for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
     if (ingested_.meshes.empty()) fail_invalid("no triangle to bake: " + summary());
     if (options_.placements) read_placements(document_, ingested_);
+    ingested_.sources = buffers_.files();
     return std::move(ingested_);
   }
 
@@ -109,8 +110,8 @@ class GltfReader {
 
 }  // namespace
 
-Result<Ingested> ingest_gltf(const std::filesystem::path& path, const IngestOptions& options) try {
-  return GltfReader(path, options).read();
+Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options) try {
+  return GltfReader(path, bytes, options).read();
 } catch (const GltfFailure& failure) {
   return file_error(path, failure.error.code, failure.error.message);
 } catch (const std::bad_alloc&) {

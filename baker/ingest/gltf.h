@@ -4,6 +4,7 @@
 #include <vcd/baker/ingest.h>
 
 #include <filesystem>
+#include <string_view>
 
 namespace vcd {
 
@@ -13,6 +14,6 @@ namespace vcd {
 // KHR_mesh_quantization; KHR_draco_mesh_compression; EXT_meshopt_compression and what is equal to it of
 // KHR_meshopt_compression; buffers in the GLB, in data URIs and in files beside. Images are never looked for.
 // No exception leaves.
-Result<Ingested> ingest_gltf(const std::filesystem::path& path, const IngestOptions& options = {});
+Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
 }  // namespace vcd

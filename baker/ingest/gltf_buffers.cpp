@@ -76,7 +76,7 @@ std::span<const uint8_t> GltfBuffers::buffer(uint32_t index) {
   return bytes.first(length);
 }
 
-std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::string& uri) const {
+std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::string& uri) {
   if (is_data_uri(uri)) return decode_data_uri(uri);
   if (has_scheme(uri)) {
     fail_gltf(ErrorCode::unsupported,
@@ -84,7 +84,10 @@ std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::stri
   }
   const std::string name = percent_decode(uri);
   if (name.find('\0') != std::string::npos) buffer.fail("the uri holds a zero byte");
-  return read_regular_file(document_.folder() / name);
+  Result<std::string> bytes = read_file(document_.folder() / name);
+  if (!bytes) fail_gltf(bytes.error().code, bytes.error().message);
+  files_.push_back({name, content_hash(*bytes)});
+  return *std::move(bytes);
 }
 
 }  // namespace vcd

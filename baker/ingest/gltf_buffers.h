@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <vcd/baker/source.h>
+
 #include "ingest/gltf_document.h"
 
 namespace vcd {
@@ -28,14 +30,17 @@ class GltfBuffers {
   // file that cannot be read), unsupported (a remote URI, an unknown compression).
   GltfView view(uint32_t index);
 
+  const std::vector<SourceFile>& files() const { return files_; }  // that were read so far, in that order
+
  private:
   std::span<const uint8_t> buffer(uint32_t index);
-  std::string load_from_uri(const GltfObject& buffer, const std::string& uri) const;
+  std::string load_from_uri(const GltfObject& buffer, const std::string& uri);
   // The bytes that byteOffset and byteLength of a view, or of its compression extension, select.
   std::span<const uint8_t> range(const GltfObject& holder);
   std::span<const uint8_t> decompressed(uint32_t index, const GltfObject& view, const GltfObject& extension);
 
   const GltfDocument& document_;
+  std::vector<SourceFile> files_;
   std::map<uint32_t, std::string> loaded_;                 // by buffer; a map keeps its elements in place
   std::map<uint32_t, std::vector<uint8_t>> decompressed_;  // by view
 };

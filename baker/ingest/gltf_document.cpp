@@ -110,23 +110,12 @@ void check_version(const GltfObject& root, const json& document) {
 
 }  // namespace
 
-std::string read_regular_file(const std::filesystem::path& path) {
-  std::error_code status;
-  if (!std::filesystem::is_regular_file(path, status)) {
-    const std::string reason = status ? status.message() : "not a regular file";
-    fail_gltf(ErrorCode::io, path.string() + " cannot be read: " + reason);
-  }
-  Result<std::string> bytes = read_file(path);
-  if (!bytes) fail_gltf(bytes.error().code, bytes.error().message);
-  return std::move(*bytes);
-}
-
-std::span<const uint8_t> as_bytes(const std::string& bytes) {
+std::span<const uint8_t> as_bytes(std::string_view bytes) {
   return {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()};
 }
 
-GltfDocument::GltfDocument(const std::filesystem::path& path)
-    : folder_(path.parent_path()), file_(read_regular_file(path)) {
+GltfDocument::GltfDocument(const std::filesystem::path& path, std::string_view bytes)
+    : folder_(path.parent_path()), file_(as_bytes(bytes)) {
   split_container();
   json_ = json::parse(json_text_.begin(), json_text_.end(), nullptr, /*allow_exceptions=*/false);
   if (json_.is_discarded()) fail_invalid("the JSON is malformed");
@@ -136,7 +125,7 @@ GltfDocument::GltfDocument(const std::filesystem::path& path)
 }
 
 void GltfDocument::split_container() {
-  const std::span<const uint8_t> file = as_bytes(file_);
+  const std::span<const uint8_t> file = file_;
   // The content decides: either extension is found on both containers.
   is_binary_ = file.size() >= 4 && read_u32(file, 0) == glb_magic;
   if (is_binary_) {

@@ -5,24 +5,21 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "ingest/gltf_json.h"
 
 namespace vcd {
 
-// The whole of a regular file; pipes and devices, which a hostile URI could name, are refused.
-// Throws GltfFailure (io); the message names the file.
-std::string read_regular_file(const std::filesystem::path& path);
-
-std::span<const uint8_t> as_bytes(const std::string& bytes);
+std::span<const uint8_t> as_bytes(std::string_view bytes);
 
 class GltfDocument {
  public:
-  // Reads and checks container, version and required extensions. The JSON's elements are checked when they
-  // are asked for, so that a defect in a part that has no say in the triangles stays without consequence.
-  // Throws GltfFailure: io, invalid_file (broken container or JSON), unsupported (glTF 1.0, unknown
+  // Checks container, version and required extensions of a file's bytes, which outlive this. The JSON's elements
+  // are checked when they are asked for, so that a defect in a part that has no say in the triangles stays without
+  // consequence. Throws GltfFailure: invalid_file (broken container or JSON), unsupported (glTF 1.0, unknown
   // extension).
-  explicit GltfDocument(const std::filesystem::path& path);
+  GltfDocument(const std::filesystem::path& path, std::string_view bytes);
 
   const std::filesystem::path& folder() const { return folder_; }  // what relative URIs start from
   bool is_binary() const { return is_binary_; }
@@ -41,7 +38,7 @@ class GltfDocument {
   void split_container();
 
   std::filesystem::path folder_;
-  std::string file_;
+  std::span<const uint8_t> file_;
   std::span<const uint8_t> json_text_;
   std::span<const uint8_t> binary_chunk_;
   bool is_binary_ = false;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cctype>
 #include <new>
-#include <system_error>
+#include <string>
 
 #include "ingest/check.h"
 #include "ingest/draco_mesh.h"
@@ -16,7 +16,8 @@
 namespace vcd {
 namespace {
 
-using Reader = Result<Ingested> (*)(const std::filesystem::path&, const IngestOptions&);
+// The path is for messages, and for what the bytes name relative to it.
+using Reader = Result<Ingested> (*)(const std::filesystem::path&, std::string_view bytes, const IngestOptions&);
 
 struct Format {
   const char* extension;
@@ -47,24 +48,17 @@ std::string known_extensions() {
 }  // namespace
 
 Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options) try {
-  std::error_code status_error;
-  const std::filesystem::file_status status = std::filesystem::status(path, status_error);
-  if (!std::filesystem::exists(status)) {
-    return file_error(path, ErrorCode::io,
-                      status_error ? status_error.message() : std::string("no such file"));
-  }
-  // A directory cannot be read, and a pipe or device could keep the reader for ever.
-  if (!std::filesystem::is_regular_file(status))
-    return file_error(path, ErrorCode::io, "is not a regular file");
-
   const Reader read = reader_for(path);
   if (read == nullptr) {
     return file_error(
         path, ErrorCode::unsupported,
         "unknown extension \"" + path.extension().string() + "\" (known: " + known_extensions() + ")");
   }
-  Result<Ingested> result = read(path, options);
+  const Result<std::string> bytes = read_file(path);
+  if (!bytes) return bytes.error();
+  Result<Ingested> result = read(path, *bytes, options);
   if (!result) return result;
+  result->sources.insert(result->sources.begin(), {path.filename().string(), content_hash(*bytes)});
   if (options.placements && read != ingest_gltf) {
     for (uint32_t i = 0; i < result->meshes.size(); ++i) result->placements.push_back({.mesh = i});
   }

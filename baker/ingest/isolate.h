@@ -16,9 +16,7 @@ namespace vcd {
 // stderr: it crashed, ran out of time or memory, or ended without a result. Nothing that the child prints
 // reaches the caller's stdout or stderr.
 //
-// memory_bytes counts from the address space that the caller has at the fork, so that its own threads and
-// mappings do not use up the child's share. What the child sends back is checked like a file from a stranger.
-// The child dies with the calling thread, dumps no core, and is reaped before the call returns, which leaves
+// What the child sends back is checked like a file from a stranger. The child is reaped before the call returns, which leaves
 // no file descriptor open. Safe from any thread, also while others run; `work` must not need the other
 // threads or locks that they may hold (malloc and stdio are fine: glibc sees to them at fork). No exception
 // leaves.

@@ -158,12 +158,10 @@ class ObjReader {
 
 }  // namespace
 
-Result<Ingested> ingest_obj(const std::filesystem::path& path, const IngestOptions&) {
-  const Result<std::string> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  if (is_wide_text(*bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
+Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+  if (is_wide_text(bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
   PolygonSoup soup;
-  const std::string reason = ObjReader(without_byte_order_mark(*bytes)).read(soup);
+  const std::string reason = ObjReader(without_byte_order_mark(bytes)).read(soup);
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
   return mesh_from_soup(path, std::move(soup));
 }

@@ -4,6 +4,7 @@
 #include <vcd/baker/ingest.h>
 
 #include <filesystem>
+#include <string_view>
 
 namespace vcd {
 
@@ -16,6 +17,6 @@ namespace vcd {
 // material states, and a missing .mtl is no error. UTF-8 byte order mark, LF, CR LF or CR line ends, and
 // lines that go on after a '\' are understood; UTF-16 is not. Errors: io, invalid_file (with the line
 // number), unsupported (UTF-16).
-Result<Ingested> ingest_obj(const std::filesystem::path& path, const IngestOptions& options);
+Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
 }  // namespace vcd

@@ -149,13 +149,11 @@ class OffReader {
 
 }  // namespace
 
-Result<Ingested> ingest_off(const std::filesystem::path& path, const IngestOptions&) {
-  const Result<std::string> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  if (is_wide_text(*bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
+Result<Ingested> ingest_off(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+  if (is_wide_text(bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
   PolygonSoup soup;
   ErrorCode code = ErrorCode::invalid_file;
-  const std::string reason = OffReader(without_byte_order_mark(*bytes)).read(soup, code);
+  const std::string reason = OffReader(without_byte_order_mark(bytes)).read(soup, code);
   if (!reason.empty()) return file_error(path, code, reason);
   return mesh_from_soup(path, std::move(soup));
 }

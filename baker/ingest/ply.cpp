@@ -180,10 +180,8 @@ class PlyBody {
 
 }  // namespace
 
-Result<Ingested> ingest_ply(const std::filesystem::path& path, const IngestOptions&) {
-  const Result<std::string> file = read_file(path);
-  if (!file) return file.error();
-  const std::string_view bytes = without_byte_order_mark(*file);
+Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view file, const IngestOptions&) {
+  const std::string_view bytes = without_byte_order_mark(file);
   PlyHeader header;
   PolygonSoup soup;
   std::string reason = parse_ply_header(bytes, header);

@@ -4,6 +4,7 @@
 #include <vcd/baker/ingest.h>
 
 #include <filesystem>
+#include <string_view>
 
 namespace vcd {
 
@@ -13,6 +14,6 @@ namespace vcd {
 // over: a face is opaque whatever they say. A text file has one element a line; what a line holds beyond what
 // the header announces is passed over with a note. Errors: io, invalid_file (with line number, or element and
 // byte offset).
-Result<Ingested> ingest_ply(const std::filesystem::path& path, const IngestOptions& options);
+Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
 }  // namespace vcd

@@ -162,19 +162,17 @@ bool looks_like_text(std::string_view bytes) {
 
 }  // namespace
 
-Result<Ingested> ingest_stl(const std::filesystem::path& path, const IngestOptions&) {
-  const Result<std::string> bytes = read_file(path);
-  if (!bytes) return bytes.error();
-  const std::string_view text = without_byte_order_mark(*bytes);
+Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+  const std::string_view text = without_byte_order_mark(bytes);
   PolygonSoup soup;
   std::string reason;
-  if (!size_fits_binary(*bytes) && looks_like_text(text)) {
+  if (!size_fits_binary(bytes) && looks_like_text(text)) {
     reason = TextStl(text).read(soup);
-  } else if (!size_fits_binary(*bytes) &&
-             (bytes->starts_with("\xFF\xFE") || bytes->starts_with("\xFE\xFF"))) {
+  } else if (!size_fits_binary(bytes) &&
+             (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))) {
     return file_error(path, ErrorCode::unsupported, "UTF-16 text");
   } else {
-    reason = read_binary(*bytes, soup);
+    reason = read_binary(bytes, soup);
   }
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
   return mesh_from_soup(path, std::move(soup));

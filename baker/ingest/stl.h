@@ -4,6 +4,7 @@
 #include <vcd/baker/ingest.h>
 
 #include <filesystem>
+#include <string_view>
 
 namespace vcd {
 
@@ -13,6 +14,6 @@ namespace vcd {
 // byte near its start. A text file may hold several solids; each must be closed by "endsolid", lest a
 // truncated file pass for a whole one. Errors: io, invalid_file (with line number, or facet and byte offset),
 // unsupported (UTF-16).
-Result<Ingested> ingest_stl(const std::filesystem::path& path, const IngestOptions& options);
+Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
 }  // namespace vcd

@@ -1,14 +1,9 @@
 #include "ingest/text.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <cstring>
-#include <fstream>
 #include <limits>
-
-#include "ingest/check.h"
 
 namespace vcd {
 namespace {
@@ -24,18 +19,6 @@ std::string_view without_plus(std::string_view word) {
 }
 
 }  // namespace
-
-Result<std::string> read_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) return file_error(path, ErrorCode::io, std::string("cannot be opened: ") + std::strerror(errno));
-  const std::streamoff size = file.tellg();
-  if (size < 0) return file_error(path, ErrorCode::io, "cannot be measured");
-  std::string bytes(static_cast<size_t>(size), '\0');
-  file.seekg(0);
-  file.read(bytes.data(), size);
-  if (file.gcount() != size) return file_error(path, ErrorCode::io, "cannot be read to its end");
-  return bytes;
-}
 
 std::string_view without_byte_order_mark(std::string_view text) {
   return text.starts_with("\xEF\xBB\xBF") ? text.substr(3) : text;

@@ -16,9 +16,6 @@
 
 namespace vcd {
 
-// The whole file. Errors: io.
-Result<std::string> read_file(const std::filesystem::path& path);
-
 // The text without a UTF-8 byte order mark, if it has one.
 std::string_view without_byte_order_mark(std::string_view text);
 

@@ -15,7 +15,8 @@ namespace vcd {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
-// source_index, positions, triangles), the notes (count; strings) and the placements (array); kEnd.
+// source_index, positions, triangles), the notes (count; strings), the placements (array) and the sources (count; for each
+// name, hash); kEnd.
 // All numbers are uint64_t; a string or array is its count, then its items as they are in memory.
 static_assert(sizeof(Placement) == 13 * 4, "no padding, whose bytes would be anyone's");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
@@ -97,7 +98,10 @@ bool write_ingested(Writer& writer, const Ingested& ingested) {
   }
   ok = ok && writer.number(ingested.notes.size());
   for (const std::string& note : ingested.notes) ok = ok && writer.items(note);
-  return ok && writer.items(ingested.placements);
+  ok = ok && writer.items(ingested.placements) && writer.number(ingested.sources.size());
+  for (const SourceFile& source : ingested.sources)
+    ok = ok && writer.items(source.name) && writer.bytes(source.hash.data(), source.hash.size());
+  return ok;
 }
 
 bool read_ingested(Reader& reader, Ingested& ingested) {
@@ -124,6 +128,13 @@ bool read_ingested(Reader& reader, Ingested& ingested) {
   if (!reader.items(ingested.placements)) return false;
   for (const Placement& placement : ingested.placements) {
     if (placement.mesh >= ingested.meshes.size() || why_not_invertible(placement.transform)) return false;
+  }
+  uint64_t source_count = 0;
+  if (!reader.count(source_count, sizeof(uint64_t) + sizeof(ContentHash))) return false;
+  for (uint64_t i = 0; i < source_count; ++i) {
+    SourceFile source;
+    if (!reader.items(source.name) || !reader.bytes(source.hash.data(), source.hash.size())) return false;
+    ingested.sources.push_back(std::move(source));
   }
   return true;
 }

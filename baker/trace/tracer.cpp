@@ -43,7 +43,10 @@ Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<cons
     device = rtcNewDevice(nullptr);
   }
   tracer.device_.reset(device);
-  if (!device) return Error{ErrorCode::runtime, "Embree gives no device"};
+  if (!device) {
+    const bool no_memory = rtcGetDeviceError(nullptr) == RTC_ERROR_OUT_OF_MEMORY;
+    return Error{ErrorCode::runtime, no_memory ? "out of memory for Embree" : "Embree gives no device"};
+  }
   tracer.packet_width_ = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) ? 16 : 8;
   tracer.scene_.reset(rtcNewScene(device));
   if (mode == TraceMode::robust) rtcSetSceneFlags(tracer.scene(), RTC_SCENE_FLAG_ROBUST);
@@ -60,7 +63,9 @@ Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<cons
   }
   rtcReleaseGeometry(geometry);
   rtcCommitScene(tracer.scene());
-  if (const RTCError code = rtcGetDeviceError(device); code != RTC_ERROR_NONE)
+  if (const RTCError code = rtcGetDeviceError(device); code == RTC_ERROR_OUT_OF_MEMORY)
+    return Error{ErrorCode::runtime, "out of memory for Embree's hierarchy over " + std::to_string(triangles.size()) + " triangles"};
+  else if (code != RTC_ERROR_NONE)
     return Error{ErrorCode::runtime, "Embree could not build its hierarchy over " + std::to_string(triangles.size()) +
                                          " triangles (error " + std::to_string(code) + ")"};
   return tracer;

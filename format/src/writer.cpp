@@ -201,7 +201,13 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   AtomicFile file(path);
   if (!layout.emit(contents.stop, [&](Bytes bytes) { file.append(bytes); })) return stopped;
   if (contents.stop && contents.stop()) return stopped;
-  return file.commit();
+  return file.commit([](Bytes bytes) -> std::string {
+    std::vector<Finding> findings;
+    read_sidecar(bytes, CheckLevel::full, findings);
+    for (const Finding& finding : findings)
+      if (finding_info(finding.id).severity == Severity::error) return describe(finding);
+    return {};
+  });
 } catch (const std::exception& e) {  // out of memory, no random numbers for a temporary name
   return Error{ErrorCode::runtime, path.string() + ": cannot write: " + e.what()};
 }

@@ -390,9 +390,8 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
       tree[word] = value;
       SidecarToWrite damaged;
       damaged.objects.push_back({"damaged", *contents->objects[0].record, {std::as_bytes(std::span(tree))}, {}});
-      const TemporaryFolder folder;
-      EXPECT_TRUE(write_sidecar(folder / "damaged.vcd", damaged).ok());
-      return findings_of(read_file(folder / "damaged.vcd"), level);
+      const auto bytes = vcd::sidecar_bytes(damaged);
+      return findings_of(Buffer(bytes->data.get(), bytes->data.get() + bytes->size), level);
     };
     const uint64_t first256 = good.shape.top_bytes() / 4, first16 = first256 + good.block256_count * kBlock256Words;
     for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {

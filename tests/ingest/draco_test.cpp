@@ -13,7 +13,7 @@ namespace {
 class DrcIngest : public GltfTest {
  protected:
   void expect_refused(const std::string& content, ErrorCode code, const std::string& reason) {
-    const Result<Ingested> result = ingest_drc(write("file.drc", content));
+    const Result<Ingested> result = ingest(write("file.drc", content));
     ASSERT_FALSE(result.ok());
     EXPECT_EQ(result.error().code, code) << result.error().message;
     EXPECT_NE(result.error().message.find(reason), std::string::npos) << result.error().message;
@@ -39,7 +39,7 @@ TEST_F(DrcIngest, BothMethodsGiveTheMeshBack) {
   for (const int method : {draco::MESH_SEQUENTIAL_ENCODING, draco::MESH_EDGEBREAKER_ENCODING}) {
     DracoInput grid = draco_grid(6);
     grid.method = method;
-    const Result<Ingested> result = ingest_drc(write("file.drc", encode_draco(grid)));
+    const Result<Ingested> result = ingest(write("file.drc", encode_draco(grid)));
     ASSERT_TRUE(result.ok()) << result.error().message;
     ASSERT_EQ(result->meshes.size(), 1u);
     const SourceMesh& mesh = result->meshes[0];
@@ -53,7 +53,7 @@ TEST_F(DrcIngest, IntegerPositionsKeepTheirValues) {
   DracoInput grid = draco_grid(3);
   for (Position& p : grid.positions) p[2] = -32768;
   grid.as_int16 = true;
-  const Result<Ingested> result = ingest_drc(write("file.drc", encode_draco(grid)));
+  const Result<Ingested> result = ingest(write("file.drc", encode_draco(grid)));
   ASSERT_TRUE(result.ok()) << result.error().message;
   EXPECT_EQ(shape(result->meshes[0].positions, result->meshes[0].triangles),
             shape(grid.positions, grid.triangles));
@@ -79,7 +79,7 @@ TEST_F(DrcIngest, TheDensestStreamsPassTheCountCheck) {
   grid.quantization_bits = 8;
   const std::string stream = encode_draco(grid);
   RecordProperty("faces_per_byte", static_cast<int>(grid.triangles.size() / stream.size()));
-  EXPECT_TRUE(ingest_drc(write("file.drc", stream)).ok());
+  EXPECT_TRUE(ingest(write("file.drc", stream)).ok());
 }
 
 TEST_F(DrcIngest, CountsThatTheBytesCannotHoldAreRefused) {
@@ -101,7 +101,7 @@ TEST_F(DrcIngest, EveryTruncationIsRefused) {
     grid.method = method;
     const std::string whole = encode_draco(grid);
     for (size_t size = 0; size < whole.size(); ++size) {
-      const Result<Ingested> result = ingest_drc(write("file.drc", whole.substr(0, size)));
+      const Result<Ingested> result = ingest(write("file.drc", whole.substr(0, size)));
       ASSERT_FALSE(result.ok()) << size;
       EXPECT_EQ(result.error().code, ErrorCode::invalid_file);
     }
@@ -132,7 +132,7 @@ TEST_F(DrcIngest, NonFinitePositionsAreNamed) {
 }
 
 TEST_F(DrcIngest, AMissingFileIsAnIoError) {
-  const Result<Ingested> result = ingest_drc(folder_ / "nowhere.drc");
+  const Result<Ingested> result = ingest(folder_ / "nowhere.drc");
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::io);
 }

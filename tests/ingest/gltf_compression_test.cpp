@@ -17,7 +17,7 @@ const std::vector<TriangleIndices> square_triangles = {{0, 1, 2}, {2, 1, 3}};
 
 class GltfCompression : public GltfTest {
  protected:
-  Result<Ingested> read(const GltfBuilder& builder) { return ingest_gltf(write("file.glb", builder.glb())); }
+  Result<Ingested> read(const GltfBuilder& builder) { return ingest(write("file.glb", builder.glb())); }
   void expect_refused(const GltfBuilder& builder, ErrorCode code, const std::string& reason) {
     const Result<Ingested> result = read(builder);
     ASSERT_FALSE(result.ok()) << reason;

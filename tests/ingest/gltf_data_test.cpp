@@ -26,7 +26,7 @@ class GltfData : public ::testing::Test {
   }
 
   Ingested read(const std::string& name) {
-    const Result<Ingested> result = ingest_gltf(folder_ / name, everything);
+    const Result<Ingested> result = ingest(folder_ / name, everything);
     EXPECT_TRUE(result.ok()) << result.error().message;
     return result.ok() ? *result : Ingested{};
   }
@@ -63,7 +63,7 @@ TEST_F(GltfData, OneAssetInThreeContainersIsOneMesh) {
 
 TEST_F(GltfData, SkinnedAssetsAreLeftOutByDefault) {
   const Result<Ingested> result =
-      ingest_gltf(folder_ / "gltf/Vulkan-Assets/CesiumMan/glTF-Binary/CesiumMan.glb");
+      ingest(folder_ / "gltf/Vulkan-Assets/CesiumMan/glTF-Binary/CesiumMan.glb");
   ASSERT_FALSE(result.ok());
   EXPECT_NE(result.error().message.find("1 primitive left out as deforming"), std::string::npos);
 }
@@ -101,7 +101,7 @@ TEST_F(GltfData, EveryFileIsSoundOrRefused) {
     const bool draco = extension == ".drc";
     if (!draco && extension != ".gltf" && extension != ".glb") continue;
     SCOPED_TRACE(entry.path());
-    const Result<Ingested> result = draco ? ingest_drc(entry.path()) : ingest_gltf(entry.path(), everything);
+    const Result<Ingested> result = ingest(entry.path(), everything);
     ++(result.ok() ? accepted : refused);
     if (result.ok()) {
       expect_sound(*result);
@@ -144,7 +144,7 @@ TEST_F(GltfData, WhatTheValidatorCallsBrokenGeometryIsRefused) {
     const std::filesystem::path file = name.substr(0, name.size() - std::string(".report.json").size());
     if (!broken || !std::filesystem::exists(file)) continue;
     ++checked;
-    EXPECT_FALSE(ingest_gltf(file, everything).ok()) << file;
+    EXPECT_FALSE(ingest(file, everything).ok()) << file;
   }
   EXPECT_GE(checked, 10u);
 }

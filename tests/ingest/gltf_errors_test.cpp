@@ -11,7 +11,7 @@ namespace {
 class GltfErrors : public GltfTest {
  protected:
   Error refuse(const std::string& content, const std::string& name = "file.gltf") {
-    const Result<Ingested> result = ingest_gltf(write(name, content));
+    const Result<Ingested> result = ingest(write(name, content));
     if (!result) return result.error();
     ADD_FAILURE() << "accepted";
     return {};
@@ -190,7 +190,7 @@ TEST_F(GltfErrors, DefectsOfBufferUrisAreRefused) {
     ErrorCode code;
     const char* reason;
   };
-  for (const Case& c : {Case{"nowhere.bin", ErrorCode::io, "nowhere.bin cannot be read"},
+  for (const Case& c : {Case{"nowhere.bin", ErrorCode::io, "nowhere.bin: cannot be opened"},
                         Case{"/dev/zero", ErrorCode::io, "not a regular file"},
                         Case{".", ErrorCode::io, "not a regular file"}, Case{"a%00b", invalid, "a zero byte"},
                         Case{"https://example.org/a.bin", ErrorCode::unsupported, "not relative"},
@@ -207,11 +207,11 @@ TEST_F(GltfErrors, DefectsOfBufferUrisAreRefused) {
 
 TEST_F(GltfErrors, EveryTruncationOfAGlbIsRefused) {
   const std::string whole = square_file().glb();
-  ASSERT_TRUE(ingest_gltf(write("file.glb", whole)).ok());
+  ASSERT_TRUE(ingest(write("file.glb", whole)).ok());
   for (size_t size = 0; size < whole.size(); ++size) {
     EXPECT_EQ(refuse(whole.substr(0, size), "file.glb").code, invalid) << size;
   }
-  EXPECT_TRUE(ingest_gltf(write("file.glb", whole + "x")).ok());
+  EXPECT_TRUE(ingest(write("file.glb", whole + "x")).ok());
 }
 
 TEST_F(GltfErrors, BrokenGlbContainersAreRefused) {
@@ -259,7 +259,7 @@ TEST_F(GltfErrors, AFileWithoutTrianglesSaysWhy) {
 }
 
 TEST_F(GltfErrors, AMissingFileIsAnIoError) {
-  const Result<Ingested> result = ingest_gltf(folder_ / "nowhere.glb");
+  const Result<Ingested> result = ingest(folder_ / "nowhere.glb");
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::io);
 }

@@ -13,7 +13,7 @@ const Triangles square_triangles = {{0, 1, 2}, {2, 1, 3}};
 class GltfIngest : public GltfTest {
  protected:
   Ingested read(const std::string& content, const IngestOptions& options = {}) {
-    const Result<Ingested> result = ingest_gltf(write("file.gltf", content), options);
+    const Result<Ingested> result = ingest(write("file.gltf", content), options);
     if (!result) {
       ADD_FAILURE() << result.error().message;
       return {};

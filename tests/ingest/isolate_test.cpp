@@ -27,12 +27,13 @@ Ingested two_meshes() {
   in.meshes.push_back({"Größe", 7, {{0, 0, 0}, {1, 0, -0.0f}, {0, 1, 1e-45f}}, {{0, 1, 2}, {2, 1, 0}}});
   in.meshes.push_back({"", 9, {{5, 5, 5}, {6, 5, 5}, {5, 6, 5}}, {{0, 1, 2}}});
   in.notes = {"one", "", "three"};
+  in.sources = {{"some.obj", {1, 2, 3}}, {"../odd \n\xff.bin", {4}}};
   in.placements = {{.mesh = 1}, {.mesh = 0, .transform = {-1, 0, 0, 5, 0, 2, 0, 6, 0, 0, 3, 7}}};
   return in;
 }
 
 bool equal(const Ingested& a, const Ingested& b) {
-  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes || a.placements != b.placements)
+  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes || a.placements != b.placements || a.sources != b.sources)
     return false;
   for (size_t i = 0; i < a.meshes.size(); ++i) {
     const SourceMesh& p = a.meshes[i];

@@ -67,14 +67,13 @@ inline BakedObject must_bake(SourceMesh mesh, const BakeOptions& options) {
 
 inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*>& objects,
                                             Storage storage = Storage::raw) {
-  const TemporaryFolder folder;
   SidecarToWrite contents;
   contents.storage = storage;
   contents.provenance = {{"baker", "test"}, {"parts", "opaque"}};
   for (const BakedObject* object : objects) contents.objects.push_back(object->to_write());
-  const auto written = write_sidecar(folder / "test.vcd", contents);
-  if (!written) throw std::runtime_error(written.error().message);
-  return read_file(folder / "test.vcd");
+  const auto bytes = vcd::sidecar_bytes(contents);
+  if (!bytes) throw std::runtime_error(bytes.error().message);
+  return {bytes->data.get(), bytes->data.get() + bytes->size};
 }
 
 // A tree in memory as an audit asks it; the tree outlives the function.

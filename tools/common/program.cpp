@@ -1,4 +1,5 @@
 #include "program.h"
+#include "paths.h"
 
 #include <atomic>
 #include <csignal>
@@ -93,7 +94,7 @@ void catch_interruptions() {
 }
 bool interrupted() { return g_interrupted; }
 
-void print_error(const std::string& message) { std::fprintf(stderr, "error: %s\n", message.c_str()); }
-void print_note(const std::string& message) { std::fprintf(stderr, "note: %s\n", message.c_str()); }
+void print_error(const std::string& message) { std::fprintf(stderr, "error: %s\n", shown(message).c_str()); }
+void print_note(const std::string& message) { std::fprintf(stderr, "note: %s\n", shown(message).c_str()); }
 
 }  // namespace vcd

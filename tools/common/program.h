@@ -38,7 +38,8 @@ int batch_exit_code(const std::vector<int>& codes);
 void catch_interruptions();
 bool interrupted();
 
-void print_error(const std::string& message);  // "error: …" on stderr
-void print_note(const std::string& message);   // "note: …" on stderr
+// "error: …" and "note: …", each on a line of stderr: line ends in names of files are escaped.
+void print_error(const std::string& message);
+void print_note(const std::string& message);
 
 }  // namespace vcd

@@ -3,6 +3,7 @@
 #include <cstdarg>
 #include <cstdio>
 
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 namespace vcd {
@@ -40,18 +41,29 @@ std::string readable_seconds(double seconds) {
 ProgressLine::ProgressLine(std::string label, bool quiet)
     : label_(std::move(label)), active_(!quiet && isatty(STDERR_FILENO)) {}
 
-ProgressLine::~ProgressLine() {
-  if (active_ && last_shown_ >= 0) std::fprintf(stderr, "\r\033[K");
-}
+ProgressLine::~ProgressLine() { wipe(); }
 
 void ProgressLine::update(const BakeProgress& p) {
-  if (!active_ || p.seconds - last_shown_ < 0.1) return;
-  last_shown_ = p.seconds;
+  if (!active_) return;
   std::string line = label_ + text(": %.1f %%, ", 100 * p.fraction) +
                      readable_count(p.seconds > 0 ? static_cast<double>(p.rays) / p.seconds : 0) + " rays/s";
   if (p.fraction > 0.005) line += ", " + readable_seconds(p.seconds / p.fraction - p.seconds) + " left";
-  std::fprintf(stderr, "\r%s\033[K", line.c_str());
+  show(line);
+}
+
+void ProgressLine::show(const std::string& line) {
+  if (!active_ || Clock::now() < next_) return;
+  next_ = Clock::now() + std::chrono::milliseconds(100);
+  winsize size{};
+  const size_t width = ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col - 1u : 200u;
+  std::fprintf(stderr, "\r%s\033[K", line.substr(0, width).c_str());
   std::fflush(stderr);
+  visible_ = true;
+}
+
+void ProgressLine::wipe() {
+  if (visible_) std::fprintf(stderr, "\r\033[K");
+  visible_ = false;
 }
 
 }  // namespace vcd

@@ -1,6 +1,7 @@
 // One line on a terminal that rewrites itself: share done, rate, time left. Silent elsewhere.
 #pragma once
 
+#include <chrono>
 #include <string>
 
 #include <vcd/baker/bake.h>
@@ -12,11 +13,15 @@ class ProgressLine {
   ProgressLine(std::string label, bool quiet);
   ~ProgressLine();  // wipes the line
   void update(const BakeProgress& progress);
+  void show(const std::string& text);  // ten times a second at most, cut to the terminal's width
+  void wipe();                         // so that something else may be printed
 
  private:
+  using Clock = std::chrono::steady_clock;
   std::string label_;
   bool active_;
-  double last_shown_ = -1;
+  bool visible_ = false;
+  Clock::time_point next_ = Clock::now();
 };
 
 std::string readable_bytes(uint64_t bytes);     // "3.2 MiB"

@@ -43,6 +43,10 @@ struct BakeOptions {
   std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };
 
+// Raised whenever the same mesh and options give other bytes than before: what an older revision baked is not up to date. A test
+// holds the hashes of some bakes against it.
+inline constexpr unsigned kBakeRevision = 1;
+
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 
 // One baked object. Moving it keeps every span of to_write() valid.

@@ -7,7 +7,9 @@
 #include <string>
 #include <vector>
 
+#include <vcd/baker/child_process.h>
 #include <vcd/baker/mesh.h>
+#include <vcd/baker/source.h>
 #include <vcd/format/error.h>
 
 namespace vcd {
@@ -36,6 +38,8 @@ struct Ingested {
   // If asked for: where the meshes stand in the scene, a mesh in any number of places. Empty, with a note, if a glTF
   // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is.
   std::vector<Placement> placements;
+  std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of the bytes
+                                    // as they were parsed, whatever the files hold by now
 };
 
 // Reads one mesh file: .glb, .gltf (2.0), .drc, .obj, .ply, .stl or .off, told apart by its extension (any case).
@@ -50,10 +54,7 @@ struct Ingested {
 // Safe from any thread; no state is shared.
 Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options = {});
 
-struct IngestLimits {
-  double seconds = 60;                      // wall time of the child process
-  uint64_t memory_bytes = uint64_t{8} << 30;  // address space beyond what the caller has mapped; not applied under ASan
-};
+using IngestLimits = ChildLimits;
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
 // an Error (code runtime for a crash, a time-out or exhausted memory), and the caller lives on.

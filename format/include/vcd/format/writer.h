@@ -37,8 +37,8 @@ struct SidecarToWrite {
 // shape.top_bytes() bytes: the words, the spare slot and zero padding.
 std::vector<Bytes> tree_pieces(const TreeView& tree);
 
-// Writes the file as a temporary file beside `path`, flushes it to disk and renames it over `path`, so that a reader
-// sees the old file or the new one, and an error leaves nothing behind. Returns the file's size.
+// Writes the file beside `path` (AtomicFile), flushes it to disk, reads it back and checks it in full, and puts it in the place of
+// `path`, so that a reader sees the old file or the new one, and an error leaves nothing behind. Returns the file's size.
 // Errors: io, naming the file and the system's reason. The same contents always give the same bytes. Bytes of names and
 // provenance values that are not UTF-8 are replaced by U+FFFD; keys must be UTF-8.
 Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents);

@@ -1,0 +1,20 @@
+// Paths of any bytes, for people and in JSON.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include <vcd/format/error.h>
+
+#include "describe.h"
+
+namespace vcd {
+
+// For messages: control characters as \xNN, so that a name keeps to its line; bytes beyond ASCII too if they are not UTF-8.
+std::string shown(const std::filesystem::path& path);
+
+// A text, or where the path is not UTF-8 {"bytes": "…"}, two hexadecimal digits a byte.
+Json path_to_json(const std::filesystem::path& path);
+Result<std::filesystem::path> path_from_json(const Json& json);  // Error (usage)
+
+}  // namespace vcd

@@ -1,0 +1,39 @@
+// What a run of vc-bake is to bake: inputs and manifests → assets.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "find.h"
+#include "settings.h"
+
+namespace vcd {
+
+struct Asset {
+  std::filesystem::path input;
+  std::filesystem::path output;
+  BakeSettings settings;
+};
+
+struct Assets {
+  std::vector<Asset> assets;     // in the order of the inputs
+  std::vector<Error> errors;     // of inputs that are not there or cannot be read
+  size_t other_files = 0;        // in folders, not meshes
+  size_t named_again = 0;
+  std::vector<std::filesystem::path> folders;  // where sidecars of these assets may lie: each output's, and all below the output
+                                               // folder or the folders that were searched
+};
+
+struct AssetRequest {
+  std::vector<std::string> inputs;     // files, folders, patterns
+  std::vector<std::string> manifests;  // JSON: spec/manifest.md
+  std::string output;                  // empty: beside each asset; a file, for one asset; else a folder
+  BakeSettings settings;
+};
+
+// Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output folder that is not
+// there. Sidecars of a folder's assets are mirrored below the output folder, where missing folders are made when needed.
+Result<Assets> collect_assets(const AssetRequest& request);
+
+}  // namespace vcd

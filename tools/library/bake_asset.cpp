@@ -1,0 +1,128 @@
+#include "bake_asset.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include <vcd/runtime/sidecar.h>
+
+#include "common/audit_report.h"
+#include "asset_summary.h"
+#include "making.h"
+#include "object_cache.h"
+#include "common/paths.h"
+
+namespace vcd {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An error
+// if a proof is wrong: then nothing may be written.
+std::optional<Error> audit_object(const BakeSettings& settings, const PreparedMesh& mesh, BakedObject& object) {
+  if (settings.audit_lines == 0 || object.record.method == static_cast<uint8_t>(Method::none)) return std::nullopt;
+  SidecarToWrite alone;
+  alone.objects = {object.to_write()};
+  const auto bytes = sidecar_bytes(alone);
+  if (!bytes) return bytes.error();
+  const Bytes file(bytes->data.get(), bytes->size);
+  const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
+  if (!all || !proven) return all ? proven.error() : all.error();
+  const AuditReport report = audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), {.lines = settings.audit_lines});
+  const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
+  if (undirected.wrong_proven + aimed.wrong_proven > 0) {
+    std::string segments;
+    for (const Contradiction& c : report.contradictions)
+      if (c.proven) segments += " --segment=" + replayable(c.segment);
+    return Error{ErrorCode::difference, "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
+                                            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
+  }
+  ObjectRecord& record = object.record;
+  record.audit_lines[0] = undirected.segments, record.audit_lines[1] = aimed.segments;
+  record.audit_wrong[0] = undirected.all_wrong(), record.audit_wrong[1] = aimed.all_wrong();
+  record.audit_bound_95 = static_cast<float>(upper_bound_95(undirected.all_wrong(), undirected.segments));
+  return std::nullopt;
+}
+
+class AssetBake {
+ public:
+  AssetBake(const Asset& asset, const BakeContext& context) : asset_(asset), context_(context), cache_(context.cache) {}
+
+  Result<BakedAsset> run() {
+    context_.on_stage("reading");
+    auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest, context_.ingest);
+    if (!ingested) return ingested.error();
+    notes_ = std::move(ingested->notes);
+    const bool only_one = ingested->meshes.size() == 1;
+    for (SourceMesh& mesh : ingested->meshes) {
+      auto object = finish(std::move(mesh));
+      const bool unusable = !object && (object.error().code == ErrorCode::invalid_file || object.error().code == ErrorCode::unsupported);
+      if (!object && !(unusable && !only_one)) return object.error();
+      if (object) objects_.push_back(std::move(*object));
+      else notes_.push_back(object.error().message + "; left out");  // no area, no box: the file's other meshes are none the worse
+    }
+    if (objects_.empty()) return fault(ErrorCode::invalid_file, "none of its meshes can be baked");
+    if (auto changed = changed_source(ingested->sources)) return fault(ErrorCode::io, *changed + " changed while it was baked; bake it again");
+    return write(std::move(ingested->sources));
+  }
+
+ private:
+  Error fault(ErrorCode code, const std::string& reason) const { return {code, asset_.input.string() + ": " + reason}; }
+
+  // From the mesh to its object: known already, or baked.
+  Result<FinishedObject> finish(SourceMesh&& source) {
+    const std::string place = source.name.empty() ? "" : printable(source.name) + ": ";
+    context_.on_stage("preparing " + printable(source.name));
+    const auto mesh = prepare(std::move(source));
+    if (!mesh) return fault(mesh.error().code, mesh.error().message);
+    FinishedObject finished{mesh->name, mesh->source_index, mesh->duplicate_triangles, mesh->zero_area_triangles};
+    if (context_.reuse) finished.known = find_in_sidecar(asset_.output, *mesh, asset_.settings);
+    if (!finished.known) finished.known = cache_.find(*mesh, asset_.settings);
+    if (finished.known) return finished;
+    BakeOptions options = asset_.settings.bake_options();
+    options.threads = context_.threads;
+    options.progress = context_.on_progress;
+    context_.on_stage("baking " + printable(mesh->name));
+    auto baked = bake(*mesh, options);
+    if (!baked) return fault(baked.error().code, baked.error().message);
+    context_.on_stage("auditing " + printable(mesh->name));
+    if (const auto wrong = audit_object(asset_.settings, *mesh, *baked)) return fault(wrong->code, place + wrong->message);
+    if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write())) notes_.push_back("not kept in the cache: " + unkept->message);
+    finished.baked = std::move(*baked);
+    return finished;
+  }
+
+  // The first file that no longer is what was read.
+  std::optional<std::string> changed_source(const std::vector<SourceFile>& sources) const {
+    for (const SourceFile& source : sources) {
+      const auto hash = hash_file(asset_.input.parent_path() / source.name);
+      if (!hash || *hash != source.hash) return shown(source.name);
+    }
+    return std::nullopt;
+  }
+
+  Result<BakedAsset> write(std::vector<SourceFile>&& sources) {
+    context_.on_stage("writing");
+    SidecarToWrite sidecar;
+    sidecar.storage = asset_.settings.storage;
+    sidecar.provenance = provenance_of(asset_, sources);
+    for (const FinishedObject& object : objects_) sidecar.objects.push_back(object.to_write());
+    std::error_code error;
+    if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
+    const auto written = write_sidecar(asset_.output, sidecar);
+    if (!written) return written.error();
+    return BakedAsset{asset_report(asset_, *written, notes_, objects_), asset_summary(asset_, *written, objects_), std::move(sources)};
+  }
+
+  const Asset& asset_;
+  const BakeContext& context_;
+  ObjectCache cache_;
+  std::vector<FinishedObject> objects_;
+  std::vector<std::string> notes_;
+};
+
+}  // namespace
+
+Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context) { return AssetBake(asset, context).run(); }
+
+}  // namespace vcd

@@ -1,0 +1,217 @@
+#include "batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <list>
+#include <thread>
+
+#include <poll.h>
+
+#include <vcd/format/atomic_file.h>
+
+#include "common/paths.h"
+#include "schedule.h"
+#include "standing.h"
+
+namespace vcd {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+Record look_at_one(const Asset& asset, const BatchOptions& options) {
+  Record record;
+  record.cost = guess_cost(asset);
+  Standing standing;
+  if (options.update) standing = standing_of(asset);
+  else standing.reason = "asked for";
+  record.reason = standing.reason;
+  if (standing.up_to_date()) {
+    record.fate = Fate::up_to_date;
+    record.outcome.report = {{"bytes", standing.bytes}, {"objects", standing.objects}};
+    record.outcome.sources = std::move(standing.dependencies);
+  } else if (!options.failed_before.empty()) {
+    const auto known = options.failed_before.find(failure_key(asset));
+    if (known != options.failed_before.end()) record.fate = Fate::failed_before, record.outcome = known->second;
+  }
+  return record;
+}
+
+class Batch {
+ public:
+  Batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options, BatchListener& listener, Events& events)
+      : assets_(assets), records_(records), options_(options), listener_(listener), events_(events), jobs_(waiting_jobs()),
+        schedule_(costs(), options.threads, options.memory_bytes) {}
+
+  void run() {
+    listener_.started(assets_.size(), jobs_.size());
+    while (!schedule_.idle()) {
+      if (options_.stop && options_.stop()) return stop_all("interrupted");
+      start_what_may();
+      wait_a_little();
+      if (!take_in()) return stop_all("not run: another asset failed, and --fail-fast was given");
+      show();
+    }
+  }
+
+ private:
+  struct Running {
+    Grant grant;
+    Worker worker;
+  };
+
+  std::vector<size_t> waiting_jobs() const {
+    std::vector<size_t> jobs;
+    for (size_t i = 0; i < records_.size(); ++i)
+      if (records_[i].fate == Fate::waiting) jobs.push_back(i);
+    return jobs;
+  }
+
+  std::vector<Cost> costs() const {
+    std::vector<Cost> costs;
+    for (const size_t job : jobs_) costs.push_back(records_[job].cost);
+    return costs;
+  }
+
+  Record& record_of(const Grant& grant) { return records_[jobs_[grant.job]]; }
+  const Asset& asset_of(const Grant& grant) const { return assets_[jobs_[grant.job]]; }
+
+  void start_what_may() {
+    while (const auto grant = schedule_.next()) {
+      const Asset& asset = asset_of(*grant);
+      Record& record = record_of(*grant);
+      record.threads = grant->threads;
+      ++record.attempts;
+      const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes, options_.cache, options_.update};
+      events_.say({{"event", "started"}, {"input", path_to_json(asset.input)}, {"threads", grant->threads}, {"memory_bytes", grant->memory_bytes}});
+      auto worker = Worker::start(asset, options);
+      if (worker) {
+        running_.push_back({*grant, std::move(*worker)});
+        continue;
+      }
+      schedule_.ended(*grant);
+      record.outcome.code = static_cast<int>(worker.error().code);
+      record.outcome.kind = error_kind(worker.error().code);
+      record.outcome.message = worker.error().message;
+      finish(*grant, Fate::failed);
+    }
+  }
+
+  void wait_a_little() const {
+    std::vector<pollfd> waiting;
+    for (const Running& r : running_) {
+      waiting.push_back({r.worker.messages(), POLLIN, 0});
+      waiting.push_back({r.worker.words(), POLLIN, 0});
+    }
+    // A worker's pipes close a moment before it can be reaped: then there is nothing to poll, only to wait.
+    const bool all_closed = std::all_of(waiting.begin(), waiting.end(), [](const pollfd& p) { return p.fd < 0; });
+    ::poll(waiting.data(), waiting.size(), all_closed ? 1 : 50);
+  }
+
+  // False if the run is to stop.
+  bool take_in() {
+    for (auto r = running_.begin(); r != running_.end();) {
+      if (!r->worker.update()) {
+        ++r;
+        continue;
+      }
+      const Grant grant = r->grant;
+      Record& record = record_of(grant);
+      record.outcome = r->worker.outcome();
+      record.seconds = r->worker.seconds();
+      r = running_.erase(r);
+      schedule_.ended(grant);
+      if (!record.outcome.ok()) remove_stale_temporaries(asset_of(grant).output.parent_path());
+      if (is_to_run_again(grant, record)) continue;
+      finish(grant, record.outcome.ok() ? Fate::baked : Fate::failed);
+      if (options_.fail_fast && !record.outcome.ok()) return false;
+    }
+    return true;
+  }
+
+  // What had less than all the memory may have failed for want of it; a crash too, for not all code survives that.
+  bool is_to_run_again(const Grant& grant, const Record& record) {
+    if (record.outcome.kind == "memory") return schedule_.again(grant, 4 * grant.memory_bytes);
+    return record.outcome.kind == "crash" && record.attempts == 1 && schedule_.again(grant, options_.memory_bytes);
+  }
+
+  void finish(const Grant& grant, Fate fate) {
+    const Asset& asset = asset_of(grant);
+    Record& record = record_of(grant);
+    record.fate = fate;
+    std::error_code error;
+    if (fate == Fate::failed && std::filesystem::exists(asset.output, error)) record.old_sidecar = "of what the asset was before";
+    ++ended_;
+    Json event{{"event", "ended"}};
+    event.update(record_json(asset, record));
+    event.erase("objects");
+    if (fate == Fate::failed && record.outcome.kind != "io") event["key"] = failure_key(asset);
+    events_.say(std::move(event));
+    listener_.ended(asset, record);
+  }
+
+  void stop_all(const std::string& why) {
+    schedule_.drop_waiting();
+    for (Running& r : running_) {
+      const std::filesystem::path folder = asset_of(r.grant).output.parent_path();
+      record_of(r.grant).outcome.stage = r.worker.stage();
+      { const Worker killed = std::move(r.worker); }
+      remove_stale_temporaries(folder);
+    }
+    running_.clear();
+    for (const size_t job : jobs_) {
+      Record& record = records_[job];
+      if (record.fate != Fate::waiting) continue;
+      record.fate = Fate::not_run;
+      record.outcome.code = static_cast<int>(ErrorCode::runtime);
+      record.outcome.kind = "not-run";
+      record.outcome.message = shown(assets_[job].input) + ": " + why;
+    }
+  }
+
+  void show() {
+    std::vector<BatchListener::Running> shown;
+    double left = schedule_.seconds_waiting();
+    for (const Running& r : running_) {
+      const double cost = record_of(r.grant).cost.seconds;
+      shown.push_back({&asset_of(r.grant), &r.worker, cost});
+      left += cost * (1 - std::min(r.worker.seconds() * r.grant.threads / std::max(cost, 1e-3), 1.0));
+    }
+    done_seconds_ = total_seconds_ - left;
+    const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+    listener_.going_on(shown, ended_, done_seconds_ > 0 ? left * elapsed / done_seconds_ : 0);
+  }
+
+  const std::vector<Asset>& assets_;
+  std::vector<Record>& records_;
+  const BatchOptions& options_;
+  BatchListener& listener_;
+  Events& events_;
+  const std::vector<size_t> jobs_;
+  Schedule schedule_;
+  std::list<Running> running_;
+  size_t ended_ = 0;
+  const double total_seconds_ = schedule_.seconds_waiting();  // guessed
+  double done_seconds_ = 0;
+  Clock::time_point start_ = Clock::now();
+};
+
+}  // namespace
+
+std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions& options) {
+  std::vector<Record> records(assets.size());
+  std::atomic<size_t> next = 0;
+  const auto look = [&] {
+    for (size_t i; (i = next++) < assets.size() && !(options.stop && options.stop());) records[i] = look_at_one(assets[i], options);
+  };
+  std::vector<std::jthread> threads;
+  for (unsigned t = 1; t < std::min<size_t>(options.threads, assets.size()); ++t) threads.emplace_back(look);
+  look();
+  return records;
+}
+
+void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options, BatchListener& listener, Events& events) {
+  Batch(assets, records, options, listener, events).run();
+}
+
+}  // namespace vcd

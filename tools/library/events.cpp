@@ -1,0 +1,54 @@
+#include "events.h"
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+#include <unistd.h>
+
+#include "making.h"
+#include "common/paths.h"
+
+namespace vcd {
+
+Result<Events> Events::open(const std::string& path, bool go_on) {
+  Events events;
+  if (path == "-") events.file_.reset(stdout);
+  else if (!path.empty()) events.file_.reset(std::fopen(path.c_str(), go_on ? "ae" : "we"));
+  if (!path.empty() && !events.file_) return Error{ErrorCode::io, shown(path) + ": " + std::strerror(errno)};
+  return events;
+}
+
+void Events::say(Json event) {
+  if (!file_) return;
+  // A run that was killed may have left half a line; an empty one does no harm.
+  const std::string line = event.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  std::fwrite(line.data(), 1, line.size(), file_.get());
+  std::fflush(file_.get());
+}
+
+std::map<std::string, Outcome> earlier_failures(const std::string& path) {
+  std::map<std::string, Outcome> failures;
+  std::ifstream file(path);
+  for (std::string line; !path.empty() && path != "-" && std::getline(file, line);) {
+    const Json event = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!event.is_object() || !event.contains("key") || !event["key"].is_string()) continue;
+    const auto text = [&](const char* name) { return event.contains(name) && event[name].is_string() ? event[name].get<std::string>() : ""; };
+    const std::string key = text("key");
+    if (key.empty() || !event.contains("exit_code") || !event["exit_code"].is_number_integer()) continue;
+    Outcome outcome;
+    outcome.code = event["exit_code"].get<int>();
+    outcome.kind = text("kind"), outcome.message = text("error"), outcome.stage = text("stage");
+    failures[key] = outcome;
+  }
+  return failures;
+}
+
+std::string failure_key(const Asset& asset) {
+  if (asset.input.extension() == ".gltf" || asset.input.extension() == ".glb") return {};  // it may name other files
+  const auto hash = hash_file(asset.input);
+  if (!hash) return {};
+  return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + asset.settings.members().dump() + "\n" + baker_text()));
+}
+
+}  // namespace vcd

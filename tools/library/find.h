@@ -1,0 +1,34 @@
+// Inputs as users name them → files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include <vcd/format/error.h>
+
+namespace vcd {
+
+struct FoundFile {
+  std::filesystem::path path;   // as named, or below the folder as named
+  std::filesystem::path below;  // relative to the folder that was searched; the file's name where the file was named itself
+};
+
+struct Found {
+  std::vector<FoundFile> files;  // each path once, however often it was named; folders in the order of names
+  std::vector<Error> errors;     // what was named and is not there, cannot be read, or matches nothing; code io
+  size_t other_files = 0;        // passed over in folders for their extension
+  size_t named_again = 0;        // found a second time, by another input
+};
+
+// Finds the files that `inputs` name: a file (whatever its extension), a folder (everything below it with one of the
+// `extensions`, any case), or a pattern where no such file exists: * ? [ ] within a component, ** for any number of folders.
+//
+// Links are followed; each folder is entered once, so a loop of links ends, and a file in it has one path. A link to a file is a
+// file of its own. Names that begin with a dot are passed over below folders and by patterns. Names may hold any bytes.
+Found find_files(const std::vector<std::string>& inputs, const std::vector<std::string>& extensions);
+
+inline const std::vector<std::string> kMeshExtensions = {".glb", ".gltf", ".drc", ".obj", ".ply", ".stl", ".off"};
+inline const std::vector<std::string> kSidecarExtensions = {".vcd"};
+
+}  // namespace vcd

@@ -1,0 +1,26 @@
+// A library as a JSON file: which assets, with settings of their own. spec/manifest.md describes it.
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "settings.h"
+
+namespace vcd {
+
+struct ManifestEntry {
+  std::filesystem::path input;    // a file, folder or pattern
+  std::filesystem::path sidecar;  // for a file: what to write; else empty
+  std::filesystem::path folder;   // mirror below this; empty: beside, or what -o says
+  BakeSettings settings;
+};
+
+// Relative paths start from the manifest's folder. `base`: the settings of the command line, which the manifest's override.
+// Errors: io; usage, naming the manifest, the asset and the member.
+Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path, const BakeSettings& base);
+
+// A manifest that names these assets one by one, with all settings that differ from the default.
+struct Asset;
+Json manifest_of(const std::vector<Asset>& assets);
+
+}  // namespace vcd

@@ -1,0 +1,84 @@
+#include "object_cache.h"
+
+#include <algorithm>
+
+#include "making.h"
+
+namespace vcd {
+namespace {
+
+namespace fs = std::filesystem;
+
+// What decides about an object's bytes beside its geometry; in entries as provenance.
+std::map<std::string, std::string> object_making(const BakeSettings& settings) {
+  Json members = settings.members();
+  members.erase("storage");        // how the file is stored
+  members.erase("all-as-opaque");  // decides which triangles there are
+  return {{"baker", baker_text()}, {"settings", members.dump()}};
+}
+
+std::string entry_name(const PreparedMesh& mesh, const BakeSettings& settings) {
+  std::string key = hex(mesh.geometry_hash);
+  for (const auto& [name, value] : object_making(settings)) key += "\n" + name + "=" + value;
+  return hex(content_hash(key));
+}
+
+// The sidecar's object of that geometry, if its provenance has these pairs.
+std::optional<CachedObject> find_object(const fs::path& path, const std::map<std::string, std::string>& pairs, const PreparedMesh& mesh) {
+  auto file = FileBytes::copy(path);
+  if (!file) return std::nullopt;
+  const auto bytes = std::make_shared<const FileBytes>(std::move(*file));
+  std::vector<Finding> findings;
+  auto read = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
+  if (!read) return std::nullopt;
+  for (const auto& [key, value] : pairs)
+    if (provenance_value(*read, key) != value) return std::nullopt;
+  const auto contents = std::make_shared<const SidecarContents>(std::move(*read));
+  for (size_t i = 0; i < contents->objects.size(); ++i) {
+    const ObjectRecord& record = *contents->objects[i].record;
+    const bool same = record.geometry_hash == mesh.geometry_hash && record.triangle_count == mesh.triangles.size() &&
+                      std::equal(mesh.box_min.begin(), mesh.box_min.end(), record.box_min) &&
+                      std::equal(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
+    if (same) return CachedObject(bytes, contents, i);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents, size_t index)
+    : file_(std::move(file)), contents_(std::move(contents)), index_(index) {}
+
+ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
+  ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry, contents().margins()};
+  object.record.source_index = source_index;
+  return object;
+}
+
+std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {
+  if (folder_.empty()) return std::nullopt;
+  const std::string name = entry_name(mesh, settings);
+  return find_object(folder_ / name.substr(0, 2) / (name + ".vcd"), object_making(settings), mesh);
+}
+
+std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSettings& settings, const ObjectToWrite& object) const {
+  if (folder_.empty()) return std::nullopt;
+  const std::string name = entry_name(mesh, settings);
+  const fs::path folder = folder_ / name.substr(0, 2);
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return Error{ErrorCode::io, folder.string() + ": " + error.message()};
+  SidecarToWrite entry;
+  entry.objects = {object};
+  entry.objects[0].name = {};
+  entry.objects[0].record.source_index = 0;
+  entry.provenance = object_making(settings);
+  const auto written = write_sidecar(folder / (name + ".vcd"), entry);
+  return written ? std::nullopt : std::optional(written.error());
+}
+
+std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh, const BakeSettings& settings) {
+  return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings.members().dump()}}, mesh);
+}
+
+}  // namespace vcd

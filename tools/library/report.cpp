@@ -1,0 +1,47 @@
+#include "report.h"
+
+#include <span>
+
+#include <vcd/format/atomic_file.h>
+
+#include "common/paths.h"
+
+namespace vcd {
+namespace {
+
+std::optional<Error> write_text(const std::string& path, const std::string& text) {
+  AtomicFile file(path);
+  file.append(std::as_bytes(std::span(text)));
+  const auto written = file.commit();
+  return written ? std::nullopt : std::optional(written.error());
+}
+
+}  // namespace
+
+Json report_json(const std::vector<Asset>& assets, const std::vector<Record>& records, const RunReport& run) {
+  Json json{{"tool", "vc-bake"}, {"version", VCD_VERSION}, {"seconds", run.seconds}, {"totals", totals_json(totals_of(records))}};
+  if (run.dry_run) json["dry_run"] = true;
+  json["errors"] = Json::array();
+  for (const Error& error : run.errors) json["errors"].push_back({{"error", error.message}, {"exit_code", static_cast<int>(error.code)}});
+  json["pruned"] = Json::array();
+  for (const std::filesystem::path& path : run.pruned) json["pruned"].push_back(path_to_json(path));
+  json["other_files"] = run.other_files;
+  json["named_again"] = run.named_again;
+  json["files"] = Json::array();
+  for (size_t i = 0; i < assets.size(); ++i) {
+    Json file = record_json(assets[i], records[i]);
+    if (run.dry_run) {
+      file["settings"] = assets[i].settings.members();
+      file["guess"] = {{"seconds", records[i].cost.seconds}, {"memory_bytes", records[i].cost.memory_bytes}};
+    }
+    json["files"].push_back(std::move(file));
+  }
+  return json;
+}
+
+std::optional<Error> write_report(const std::string& name, const Json& report) {
+  if (auto fault = write_text(name + ".json", report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n")) return fault;
+  return write_text(name + ".html", report_page(report));
+}
+
+}  // namespace vcd

@@ -1,0 +1,75 @@
+#include "settings.h"
+
+#include <map>
+
+#include "common/method_options.h"
+
+namespace vcd {
+BakeOptions BakeSettings::bake_options() const {
+  BakeOptions options = bake;
+  options.depth = depth == "auto" ? 0 : static_cast<uint32_t>(depth[0] - '0');
+  options.budget_bytes = static_cast<uint64_t>(budget_mb * 1048576);
+  return options;
+}
+
+Json BakeSettings::members() const {
+  Json json{{"depth", depth}, {"method", method_name(bake.method)}};
+  if (bake.samples) json["samples"] = bake.samples;
+  if (budget_mb > 0) json["budget-mb"] = budget_mb;
+  if (bake.budget_seconds > 0) json["budget-seconds"] = bake.budget_seconds;
+  json["seed"] = bake.seed;
+  json["audit"] = audit_lines;
+  json["storage"] = storage == Storage::zstd ? "ship" : "raw";
+  json["embed-geometry"] = bake.embed_geometry;
+  json["all-as-opaque"] = ingest.treat_all_as_opaque;
+  return json;
+}
+
+void add_settings(CLI::App& app, BakeSettings& settings) {
+  app.add_option("-d,--depth", settings.depth,
+                 "Levels of the octree, 1 to 8: each costs about ten times more; auto: the deepest that pays (default)")
+      ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}))
+      ->type_name("DEPTH");
+  app.add_option("--budget-mb", settings.budget_mb,
+                 "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
+      ->check(CLI::Range(0.02, 1e6));
+  app.add_option("--budget-seconds", settings.bake.budget_seconds,
+                 "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
+                 "unclassified, and the result depends on the machine (default: none)")
+      ->check(CLI::Range(0.1, 1e9));
+  add_method_options(app, settings.bake);
+  app.add_option("--audit", settings.audit_lines,
+                 "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
+      ->check(CLI::Range(0, 2000000000));
+  app.add_option("--seed", settings.bake.seed, "Seed of the sample rays (default: 0)");
+  static const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
+  app.add_option("--storage", settings.storage, "raw: to be mapped and rendered from (default); ship: compressed")
+      ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))
+      ->type_name("raw|ship");
+  app.add_flag("--embed-geometry", settings.bake.embed_geometry,
+               "Add the welded triangles, so that vc-verify can trace without the mesh file");
+  app.add_flag("--all-as-opaque", settings.ingest.treat_all_as_opaque,
+               "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
+}
+
+Result<BakeSettings> changed(const BakeSettings& base, const Json& members) {
+  if (!members.is_object()) return Error{ErrorCode::usage, "settings are not an object"};
+  BakeSettings settings = base;
+  CLI::App app;
+  app.set_help_flag();
+  add_settings(app, settings);
+  std::vector<std::string> arguments;
+  for (const auto& [name, value] : members.items()) {
+    if (!value.is_primitive() || value.is_null()) return Error{ErrorCode::usage, "setting " + name + ": not a number, text, true or false"};
+    // The last argument first, as CLI11 wants them.
+    arguments.insert(arguments.begin(), "--" + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+  }
+  try {
+    app.parse(std::move(arguments));
+  } catch (const CLI::ParseError& error) {
+    return Error{ErrorCode::usage, std::string("settings: ") + error.what()};
+  }
+  return settings;
+}
+
+}  // namespace vcd
