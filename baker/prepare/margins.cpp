@@ -59,18 +59,28 @@ void add(const Corners& t, std::array<Depths, 6>& depths) {
   }
 }
 
-// Of square (i, j) of kMarginSquares from all that the map shows, in the largest of the three coordinates.
-double distance(const Depths& depths, int i, int j) {
+// Along one axis of a face, from one of kMarginSquares squares: the nearest of all places of the map, of which place k is away
+// at(k) in the other coordinates. Away is the largest of the three coordinates.
+template <class At>
+double nearest_along(int square, const At& at) {
   constexpr int kSide = kMap / static_cast<int>(kMarginSquares);
-  const auto gap = [](int from, int square) {
-    const int low = from * kSide, high = low + kSide - 1;
-    return kMapStep * std::max({low - square - 1, square - high - 1, 0});
-  };
+  const int low = square * kSide, high = low + kSide - 1;
   double nearest = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < kMap; ++k)
-    for (int l = 0; l < kMap; ++l)
-      nearest = std::min(nearest, std::max({depths[static_cast<size_t>(k * kMap + l)], gap(i, k), gap(j, l)}));
+  for (int k = 0; k < kMap; ++k) nearest = std::min(nearest, std::max(at(k), kMapStep * std::max({low - k - 1, k - high - 1, 0})));
   return nearest;
+}
+
+// Of each square of kMarginSquares, row-major, from all that the map shows: along the rows, then across them.
+std::vector<double> distances(const Depths& depths) {
+  constexpr int kSquares = kMarginSquares;
+  std::vector<double> along, both;
+  for (int k = 0; k < kMap; ++k)
+    for (int j = 0; j < kSquares; ++j)
+      along.push_back(nearest_along(j, [&](int l) { return depths[static_cast<size_t>(k * kMap + l)]; }));
+  for (int i = 0; i < kSquares; ++i)
+    for (int j = 0; j < kSquares; ++j)
+      both.push_back(nearest_along(i, [&](int k) { return along[static_cast<size_t>(k * kSquares + j)]; }));
+  return both;
 }
 
 }  // namespace
@@ -86,12 +96,9 @@ std::array<uint8_t, kMarginBytes> margins_of(const PreparedMesh& mesh) {
     add(corners, depths);
   }
   std::array<uint8_t, kMarginBytes> margins;
-  for (uint32_t face = 0; face < 6; ++face)
-    for (uint32_t i = 0; i < kMarginSquares; ++i)
-      for (uint32_t j = 0; j < kMarginSquares; ++j) {
-        const double free = distance(depths[face], static_cast<int>(i), static_cast<int>(j)) - kMarginSlack;
-        margins[(face * kMarginSquares + i) * kMarginSquares + j] = static_cast<uint8_t>(std::clamp(free, 0.0, 255.0));
-      }
+  auto* next = margins.data();
+  for (const Depths& map : depths)
+    for (const double free : distances(map)) *next++ = static_cast<uint8_t>(std::clamp(free - kMarginSlack, 0.0, 255.0));
   return margins;
 }
 
