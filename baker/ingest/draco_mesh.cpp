@@ -54,6 +54,8 @@ bool read_position(const draco::PointAttribute& attribute, draco::AttributeValue
 Result<std::vector<Position>> read_positions(const draco::Mesh& mesh,
                                              const draco::PointAttribute& attribute) {
   if (attribute.num_components() != 3) return invalid("the Draco position attribute has not 3 components");
+  // libdraco would read any byte as a bool, which is undefined.
+  if (attribute.data_type() == draco::DT_BOOL) return invalid("the Draco positions are truth values");
   const bool as_integers = draco::IsDataTypeIntegral(attribute.data_type());
   std::vector<Position> positions(mesh.num_points());
   for (uint32_t point = 0; point < mesh.num_points(); ++point) {

@@ -131,6 +131,16 @@ TEST_F(DrcIngest, NonFinitePositionsAreNamed) {
   expect_refused(encode_draco(grid), ErrorCode::invalid_file, "the position of vertex 5 is not finite");
 }
 
+// What libdraco would read is undefined: bytes of floats as truth values.
+TEST_F(DrcIngest, PositionsThatClaimToBeTruthValuesAreRefused) {
+  std::string stream = encode_draco(draco_grid(2));
+  const std::string as_float = {draco::GeometryAttribute::POSITION, draco::DT_FLOAT32, 3, 0};
+  const size_t at = stream.find(as_float);
+  ASSERT_NE(at, std::string::npos);
+  stream[at + 1] = draco::DT_BOOL;
+  expect_refused(stream, ErrorCode::invalid_file, "truth values");
+}
+
 TEST_F(DrcIngest, AMissingFileIsAnIoError) {
   const Result<Ingested> result = ingest(folder_ / "nowhere.drc");
   ASSERT_FALSE(result.ok());
