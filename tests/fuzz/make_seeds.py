@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""make_seeds.py [FOLDER]: writes the seed corpora of the text and binary mesh formats, the same bytes each time.
+"""make_seeds.py [FOLDER]: writes the seed corpora of tiny meshes and of all mesh formats but Draco, the same bytes each time.
 
 The seeds in tests/fuzz/seeds were made by this script and, where encoders are needed, by make_seeds.cpp.
 Sidecars are seeded by tests/golden.
 """
 import base64
+import hashlib
 import json
 import pathlib
 import struct
@@ -128,9 +129,15 @@ def gltf():
         materials=[{"alphaMode": "BLEND"}], skins=[{"joints": [0]}], **nodes))
 
 
+def bake():
+    """Bytes of any kind: each is some tiny mesh."""
+    for i in range(24):
+        yield f"{i:02}", hashlib.shake_256(f"tiny mesh {i}".encode()).digest(80 + 10 * i)
+
+
 def main():
     folder = pathlib.Path(sys.argv[1]) if len(sys.argv) > 1 else pathlib.Path(__file__).parent / "seeds"
-    for make in (obj, off, ply, stl, gltf):
+    for make in (obj, off, ply, stl, gltf, bake):
         target = folder / make.__name__
         target.mkdir(parents=True, exist_ok=True)
         for name, content in make():

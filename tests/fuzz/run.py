@@ -7,6 +7,7 @@ import os
 import pathlib
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -14,6 +15,7 @@ import time
 
 HERE = pathlib.Path(__file__).resolve().parent
 GOLDEN = HERE.parent / "golden"
+INTERRUPTED = 72  # libFuzzer's exit code
 MOST_FINDINGS = 10  # of one target in one run: then it is stopped
 
 # Largest input in bytes. Sidecars of depth 6 to 8 need their top tables, which compress well.
@@ -48,18 +50,20 @@ class Target:
         self.scratch.mkdir()
         self.executions, self.seconds, self.coverage = 0, 0.0, 0
         self.findings, self.fenced = [], []
+        self.process, self.stopped = None, False
 
-    def run(self, arguments, seconds=None, plant=None):
+    def run(self, arguments, plant=None):
         """Runs the binary; its exit code and all it said."""
-        environment = {**os.environ, "TMPDIR": str(self.scratch)}
+        environment = {**os.environ, "TMPDIR": str(self.scratch), "UBSAN_OPTIONS": "print_stacktrace=1"}
         environment.pop("VCD_FUZZ_PLANT", None)
         if plant:
             environment["VCD_FUZZ_PLANT"] = plant
         # A unit that takes 10 s has hung; 2 GiB are more than any sound input of these sizes may ask for.
         command = [str(self.binary), "-timeout=10", "-rss_limit_mb=3072", "-malloc_limit_mb=1024", "-print_final_stats=1",
                    f"-max_len={LARGEST[self.name]}", f"-artifact_prefix={self.artifacts}/", *arguments]
-        done = subprocess.run(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, timeout=seconds)
-        return done.returncode, done.stdout.decode(errors="replace")
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as self.process:
+            said = self.process.communicate()[0]
+        return self.process.returncode, said.decode(errors="replace")
 
     def take_artifact(self):
         """Moves what was found to the folder of findings; its new path, or None."""
@@ -73,7 +77,7 @@ class Target:
     def fuzz(self):
         end = time.monotonic() + self.options.seconds
         dictionary = HERE / "dictionaries" / (self.name + ".dict")
-        while (left := end - time.monotonic()) >= 1 and len(self.findings) < MOST_FINDINGS:
+        while not self.stopped and (left := end - time.monotonic()) >= 1 and len(self.findings) < MOST_FINDINGS:
             arguments = [f"-max_total_time={int(left)}", "-use_value_profile=1", str(self.corpus), *map(str, seed_folders(self.name))]
             if dictionary.exists():
                 arguments.insert(0, f"-dict={dictionary}")
@@ -82,8 +86,13 @@ class Target:
             self.seconds += time.monotonic() - begin
             self.executions += int((re.findall(r"stat::number_of_executed_units: (\d+)", said) or [0])[-1])
             self.coverage = max([self.coverage, *map(int, re.findall(r" cov: (\d+)", said))])
-            if code != 0:
+            if code not in (0, INTERRUPTED):
                 self.judge(said)
+
+    def stop(self):
+        self.stopped = True
+        if self.process:
+            self.process.terminate()
 
     def judge(self, said):
         """Sorts what libFuzzer stopped for into findings and what the child process fences."""
@@ -127,7 +136,7 @@ class Target:
         for plant, sign in (("property", "BROKEN PROMISE: planted"), ("memory", "AddressSanitizer: heap-buffer-overflow"),
                             ("undefined", "signed integer overflow"), (None, "")):
             arguments = seed_files(self.name)
-            code, said = self.run(arguments, seconds=300, plant=plant)
+            code, said = self.run(arguments, plant)
             noticed = code != 0 and sign in said
             if noticed != (plant is not None):
                 failures.append(f"planted {plant}: exit code {code}: {' '.join(said.split()[-30:])}")
@@ -192,6 +201,8 @@ def main():
     with tempfile.TemporaryDirectory(prefix="vcd-fuzz-", dir=memory) as folder, \
             concurrent.futures.ThreadPoolExecutor(options.jobs) as pool, contextlib.suppress(BrokenPipeError):
         targets = [Target(name, options, pathlib.Path(folder)) for name in options.targets]
+        for number in (signal.SIGTERM, signal.SIGINT):  # ends early, with a table
+            signal.signal(number, lambda *_: [target.stop() for target in targets])
         if options.self_test:
             failed = False
             for target, failures in zip(targets, pool.map(Target.self_test, targets)):
