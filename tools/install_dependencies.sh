@@ -7,7 +7,7 @@ packages=(
   libembree-dev libtbb-dev libboost-dev libdraco-dev libmeshoptimizer-dev
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libgtest-dev
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
-  zstd python3
+  zstd python3 slurm-wlm munge
 )
 missing=()
 for package in "${packages[@]}"; do
