@@ -134,7 +134,7 @@ int main(int argc, char** argv) {
   app.add_option("--scene", options.scenes,
                  "[NAME=]SCENE|MESH[,KEY=VALUE]..., again for each: sierpinski, hairball, forest or a mesh file, with keys up,\n"
                  "turn, level, strands, segments, sides, instances, species, leaves, seed (default: the three generated ones)")
-      ->type_name("SCENE")
+      ->type_name("sierpinski|hairball|forest|MESH")
       ->allow_extra_args(false);
   app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")->type_name("DIR");
   app.add_option("--trees", options.trees, "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, hybrid\n(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
@@ -145,23 +145,23 @@ int main(int argc, char** argv) {
   app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")->check(CLI::Range(0, 1024));
 
   CLI::App* report = app.add_subcommand("report", "Write the report of a folder of results again");
-  report->add_option("folder", options.folder)->required()->type_name("DIR");
+  report->add_option("folder", options.folder, "What -o named")->required()->type_name("DIR");
 
   CLI::App* segments = app.add_subcommand("segments", "One sidecar: answers, shares and times of segments with and without it");
-  segments->add_option("sidecar", options.segments.sidecar)->required()->type_name("SIDECAR");
+  segments->add_option("sidecar", options.segments.sidecar, "The sidecar to ask")->required()->type_name("SIDECAR");
   segments->add_option("mesh", options.segments.mesh, "The mesh file that it was baked from")->required()->type_name("MESH");
   segments->add_option("--object", options.segments.object, "Index of the object in the sidecar (default: 0)");
   segments->add_option("--points", options.segments.points, "Ground points, 128 shadow rays each (default: 4000)")->check(CLI::Range(1, 1000000));
 
   CLI::App* instances = app.add_subcommand("instances", "A scene of instances: times of shadow rays with sidecars and without");
-  instances->add_option("scene", options.instances.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")->required()->type_name("SCENE");
+  instances->add_option("scene", options.instances.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")->required()->type_name("sierpinski|hairball|forest|MESH");
   instances->add_option("sidecars", options.instances.sidecars, "Of its meshes")->required()->type_name("SIDECAR");
   instances->add_option("--points", options.instances.points, "Points, 128 shadow rays each (default: 3000)")->check(CLI::Range(1, 1000000));
 
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
-  bake->add_option("mesh", options.mesh)->required()->type_name("MESH");
+  bake->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
-  bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}));
+  bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}).description(""))->type_name("16|81|256");
   bake->add_option("--cells", options.bake_rate.top_cells, "Random cells of level 3 to bake (default: 200)");
 
   CLI::App* time = app.add_subcommand("bake-time", "What a bake costs by proof, hybrid and by 256 samples");

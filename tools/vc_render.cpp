@@ -266,17 +266,18 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app{"Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights, with\n"
                "shadow rays answered by Embree (bvh), by sidecars with Embree for what they leave open (vcd), or both."};
-  app.add_option("scene", options.names, "sierpinski, hairball or forest; or mesh files")->required()->type_name("SCENE|MESH...");
+  app.add_option("scene", options.names, "A generated scene, or mesh files")->required()->type_name("sierpinski|hairball|forest|MESH...");
   const std::map<std::string, Shadows> kShadows = {{"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
-  app.add_option("--shadows", options.shadows, "bvh, vcd or both (default: vcd)")
+  app.add_option("--shadows", options.shadows, "Who answers (default: vcd)")
       ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
-      ->type_name("HOW");
+      ->type_name("bvh|vcd|both");
   app.add_option("--views", options.views, "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
                  "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}));
-  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")->type_name("PREFIX");
+      ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}).description(""))
+      ->type_name("shaded|tests|fallback|difference");
+  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")->type_name("PATH");
   app.add_flag("--exr", options.exr, "Write the shaded pictures as linear OpenEXR too");
   app.add_option("--size", options.size, "Of the picture (default: 480x320)")->type_name("WxH");
   app.add_option("--pixel-samples", options.render.pixel_samples, "Camera rays a pixel (default: 16)")->check(CLI::Range(1, 4096));
@@ -288,7 +289,7 @@ int main(int argc, char** argv) {
   app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")->check(CLI::PositiveNumber);
   app.add_option("--sidecar", options.sidecars, "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
       ->allow_extra_args(false)
-      ->type_name("FILE");
+      ->type_name("SIDECAR");
   app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")->check(CLI::Range(1, 8));
   add_method_options(app, options.bake);
   add_scene_options(app, options.scene);

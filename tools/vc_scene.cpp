@@ -81,10 +81,10 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{"Generates a scene and writes it as GLB. The same options give the same bytes on every machine."};
-  app.add_option("scene", options.name, "sierpinski, hairball or forest")
+  app.add_option("scene", options.name, "The scene to generate")
       ->required()
-      ->check(CLI::IsMember({"sierpinski", "hairball", "forest"}))
-      ->type_name("SCENE");
+      ->check(CLI::IsMember({"sierpinski", "hairball", "forest"}).description(""))
+      ->type_name("sierpinski|hairball|forest");
   app.add_option("-o,--output", options.output, "The file to write")->required()->type_name("PATH");
   add_common_options(app, options.common);
   add_generated_scene_options(app, options.scene, "--seed");

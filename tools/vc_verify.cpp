@@ -237,7 +237,7 @@ int main(int argc, char** argv) {
   app.add_option("--max-wrong", options.max_wrong,
                  "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: 0.001).\nA wrong proven answer is never accepted")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
+  app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max")->type_name("SEGMENT");
   app.add_flag("--list-findings", options.list_findings, "Print the table of everything that can be found, and stop");
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] { return run(options); });

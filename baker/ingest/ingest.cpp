@@ -47,6 +47,12 @@ std::string known_extensions() {
 
 }  // namespace
 
+std::vector<std::string> mesh_extensions() {
+  std::vector<std::string> extensions;
+  for (const Format& format : kFormats) extensions.emplace_back(format.extension + 1);
+  return extensions;
+}
+
 Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options) try {
   const Reader read = reader_for(path);
   if (read == nullptr) {

@@ -17,10 +17,11 @@ inline void add_method_options(CLI::App& app, BakeOptions& bake) {
           ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
           ->type_name("proven|hybrid|sampled");
   app.add_option("-s,--samples", bake.samples,
-                 "Rays a cell, 16, 81 or 256 (default: 256); with --method hybrid: those of its statistical tier, 81 or 256\n"
+                 "Rays a cell (default: 256); with --method hybrid: those of its statistical tier, 81 or 256\n"
                  "(default: 256, or 81 where proofs of blocked hardly ever succeed, as in foliage). Without --method\n"
                  "this means sampled")
-      ->check(CLI::IsMember({16, 81, 256}))
+      ->check(CLI::IsMember({16, 81, 256}).description(""))
+      ->type_name("16|81|256")
       ->each([method, &bake](const std::string&) {
         if (method->count() == 0) bake.method = Method::sampled;
       });

@@ -28,8 +28,8 @@ Json BakeSettings::members() const {
 void add_settings(CLI::App& app, BakeSettings& settings) {
   app.add_option("-d,--depth", settings.depth,
                  "Levels of the octree, 1 to 8: each costs about ten times more; auto: the deepest that pays (default)")
-      ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}))
-      ->type_name("DEPTH");
+      ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}).description(""))
+      ->type_name("auto|1|2|3|4|5|6|7|8");
   app.add_option("--budget-mb", settings.budget_mb,
                  "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
       ->check(CLI::Range(0.02, 1e6));

@@ -115,8 +115,9 @@ Result<scenes::Scene> from_files(const std::vector<std::string>& paths, const Sc
 
 void add_scene_options(CLI::App& app, SceneOptions& options) {
   add_generated_scene_options(app, options.generated, "--scene-seed");
-  app.add_option("--up", options.up, "The axis that points up, x, y or z (default: y)")
-      ->check(CLI::IsMember({'x', 'y', 'z'}))
+  app.add_option("--up", options.up, "The axis that points up (default: y)")
+      ->check(CLI::IsMember({'x', 'y', 'z'}).description(""))
+      ->type_name("x|y|z")
       ->group("Mesh files");
   app.add_option("--turn", options.turn_degrees, "Degrees to turn the object on the spot (default: 0)")
       ->check(CLI::Range(-3600.0, 3600.0))

@@ -54,6 +54,9 @@ struct Ingested {
 // Safe from any thread; no state is shared.
 Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options = {});
 
+// Of the files that ingest() reads, in lower case and without the dot: "glb", "gltf", …
+std::vector<std::string> mesh_extensions();
+
 using IngestLimits = ChildLimits;
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
