@@ -5,6 +5,8 @@ import subprocess
 import tempfile
 import unittest
 
+from assets import write_assets
+
 HERE = pathlib.Path(__file__).resolve().parent
 GOLDEN = HERE.parent / "golden" / "several.vcd"
 FOREIGN = ("embree", "OpenMesh", "draco", "tinygltf", "tbb", "meshopt")
@@ -55,6 +57,19 @@ class Install(unittest.TestCase):
         run("cc", *self.flags.split(), HERE / "consumer" / "main.c", "-o", program, *flags)
         self.assertEqual(run(program, GOLDEN), "4 objects, 0\n")
         self.assert_links_no_foreigner(program)
+
+    def test_cmake_package_bakes(self):
+        assets = pathlib.Path(self.folder.name) / "assets"
+        assets.mkdir()
+        write_assets(assets)
+        run("cmake", "-S", HERE / "baked", "-B", assets / "build", "-G", "Ninja", f"-DVCD_PACKAGE={self.prefix}", f"-DASSETS={assets}")
+        self.assertIn(f"{self.prefix}/bin/vc-bake", run("ninja", "-C", assets / "build", "-t", "commands", "sidecars"))
+
+    def test_descriptions_are_there(self):
+        for program in (self.prefix / "bin").iterdir():
+            for file in (f"man/man1/{program.name}.1", f"bash-completion/completions/{program.name}",
+                         f"zsh/site-functions/_{program.name}", f"fish/vendor_completions.d/{program.name}.fish"):
+                self.assertTrue((self.prefix / "share" / file).stat().st_size > 0, file)
 
     def test_programs_and_headers_are_there(self):
         for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):

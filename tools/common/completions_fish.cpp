@@ -7,7 +7,7 @@ namespace {
 
 constexpr const char* kFiles = R"fish(
 function __vcd_files  # EXTENSION...: folders, and the files that end so, in any case
-    __fish_complete_path (commandline -ct) | string match -eri '(/|\.('(string join '|' $argv)'))(\t|$)'
+    __fish_complete_path (commandline -ct) | string match -eri '(?:/|\.(?:'(string join '|' $argv)'))(?:\t|$)'
 end
 )fish";
 

@@ -25,7 +25,9 @@ std::string quoted(const std::string& text) {
 std::string files_action(Files files) {
   if (files == Files::any) return "_files";
   if (files == Files::folders) return "_files -/";
-  return joined({"_files -g \"(#i)*.(", joined(extensions_of(files), "|"), ")\""}, "");
+  std::vector<std::string> patterns;  // in any case
+  for (const std::string& extension : extensions_of(files)) patterns.push_back("(#i)*." + extension);
+  return joined({"_files -g \"", joined(patterns), "\""}, "");
 }
 
 std::string action(const ValueEntry& value) {

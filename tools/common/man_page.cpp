@@ -7,13 +7,12 @@
 namespace vcd {
 namespace {
 
-// Text as troff shows it unchanged, and as it can be copied from a page: a bare hyphen would come out as a dash, and a dot
-// or an apostrophe that begins a line as a request.
+// Text as troff shows it unchanged, and as it can be copied from a page: a bare hyphen would come out as a dash, a dot that
+// begins a line would be a request.
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
-    const bool begins_line = out.empty() || out.back() == '\n';
-    if (begins_line && (c == '.' || c == '\'')) out += "\\&";
+    if (c == '.' && (out.empty() || out.back() == '\n')) out += "\\&";
     if (c == '\\') out += "\\(rs";
     else if (c == '-') out += "\\-";
     else if (c == '\'') out += "\\(aq";

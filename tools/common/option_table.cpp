@@ -27,7 +27,7 @@ std::string limits_of(std::string text) {
 
 ValueEntry value_of(const CLI::Option& option) {
   static const std::map<std::string, Files> kKinds = {
-      {"MESH", Files::meshes}, {"SIDECAR", Files::sidecars}, {"DIR", Files::folders}, {"PATH", Files::any}};
+      {"MESH", Files::meshes}, {"SIDECAR", Files::sidecars}, {"DIR", Files::folders}, {"FILE", Files::any}, {"PATH", Files::any}};
   ValueEntry value;
   const std::string type = option.get_type_name();
   const size_t colon = type.find(':');
@@ -53,7 +53,8 @@ OptionEntry option_entry(const CLI::Option& option) {
   entry.takes_value = option.get_items_expected_max() > 0;
   if (entry.takes_value) entry.value = value_of(option);
   entry.required = option.get_required();
-  entry.repeated = option.get_expected_max() == CLI::detail::expected_max_vector_size;
+  entry.repeated = option.get_expected_max() == CLI::detail::expected_max_vector_size ||
+                   option.get_multi_option_policy() == CLI::MultiOptionPolicy::TakeAll;
   return entry;
 }
 

@@ -2,7 +2,7 @@
 //
 // A type name says what a value is, and is the only place that does: alternatives parted by "|". One in capitals is a kind
 // of value, any other a word to type as it stands: "raw|ship", "auto|1|2", "sierpinski|hairball|MESH". Kinds that are files:
-// MESH, SIDECAR, DIR, PATH (any file). A check that would add its own list of words gets description("").
+// MESH, SIDECAR, DIR, and FILE and PATH for any. A check that would add its own list of words gets description("").
 #pragma once
 
 #include <string>
