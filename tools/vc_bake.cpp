@@ -99,7 +99,8 @@ int run(const Options& options) {
   if (!events) return print_error(events.error().message), exit_code(events.error().code);
   std::vector<Record> records = look_at(assets, batch);
   if (!options.dry_run) {
-    events->say({{"event", "run-started"}, {"tool", "vc-bake"}, {"version", VCD_VERSION}, {"assets", assets.size()}});
+    events->say({{"event", "run-started"}, {"tool", "vc-bake"}, {"version", VCD_VERSION}, {"assets", assets.size()},
+                 {"up_to_date", totals_of(records).up_to_date}});
     run_batch(assets, records, batch, *make_console(options.common), *events);
   }
   RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files, found->named_again};

@@ -36,6 +36,12 @@ Json record_json(const Asset& asset, const Record& record) {
   return json;
 }
 
+Totals& Totals::operator+=(const Totals& o) {
+  assets += o.assets, baked += o.baked, objects_reused += o.objects_reused, up_to_date += o.up_to_date, failed += o.failed;
+  failed_before += o.failed_before, not_run += o.not_run, bytes += o.bytes;
+  return *this;
+}
+
 Totals totals_of(const std::vector<Record>& records) {
   Totals totals{.assets = records.size()};
   for (const Record& record : records) {

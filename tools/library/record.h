@@ -32,6 +32,8 @@ Json record_json(const Asset& asset, const Record& record);
 struct Totals {
   size_t assets = 0, baked = 0, objects_reused = 0, up_to_date = 0, failed = 0, failed_before = 0, not_run = 0;
   uint64_t bytes = 0;
+
+  Totals& operator+=(const Totals& other);
 };
 Totals totals_of(const std::vector<Record>& records);
 Json totals_json(const Totals& totals);

@@ -1,0 +1,157 @@
+#include "plan.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <numeric>
+#include <span>
+
+#include <vcd/baker/source.h>
+#include <vcd/format/atomic_file.h>
+
+#include "common/paths.h"
+#include "library/cost.h"
+#include "library/manifest.h"
+#include "library/record.h"
+
+namespace vcd {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kPlanVersion = 1;
+
+std::optional<Error> write_json(const fs::path& path, const Json& json) {
+  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  AtomicFile file(path);
+  file.append(std::as_bytes(std::span(text)));
+  const auto written = file.commit();
+  return written ? std::nullopt : std::optional(written.error());
+}
+
+// The longest first, each to the shard that has least: none ends later than 4/3 of the best there is (Graham 1969).
+std::vector<std::vector<size_t>> balanced(const std::vector<double>& seconds, size_t shards) {
+  std::vector<size_t> order(seconds.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](size_t a, size_t b) { return seconds[a] > seconds[b]; });
+  std::vector<std::vector<size_t>> parts(shards);
+  std::vector<double> load(shards, 0);
+  for (const size_t asset : order) {
+    const size_t least = static_cast<size_t>(std::min_element(load.begin(), load.end()) - load.begin());
+    parts[least].push_back(asset);
+    load[least] += seconds[asset];
+  }
+  for (auto& part : parts) std::sort(part.begin(), part.end());
+  return parts;
+}
+
+// Null where it is not there or not JSON.
+Json read_json(const fs::path& path) {
+  const auto text = read_file(path);
+  if (!text) return nullptr;
+  Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  return json.is_discarded() ? Json(nullptr) : json;
+}
+
+bool is_whole(const Json& report) {
+  return report.is_object() && report.contains("files") && report["files"].is_array() && report.contains("totals") &&
+         report["totals"].is_object() && report["totals"].value("not_run", size_t{1}) == 0;
+}
+
+}  // namespace
+
+fs::path FarmPlan::file(unsigned shard, const std::string& extension) const {
+  char name[32];
+  std::snprintf(name, sizeof name, "shard-%04u", shard);
+  return folder / (name + extension);
+}
+
+Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& assets, unsigned shards) {
+  if (assets.empty()) return Error{ErrorCode::usage, "no mesh file found: there is nothing to plan"};
+  std::error_code error;
+  if (fs::exists(folder / "plan.json", error)) return Error{ErrorCode::usage, shown(folder) + ": holds a plan already; remove it or name another folder"};
+  fs::create_directories(folder, error);
+  if (error) return Error{ErrorCode::io, shown(folder) + ": " + error.message()};
+  std::vector<double> seconds;
+  for (const Asset& asset : assets) seconds.push_back(guess_cost(asset).seconds);
+  FarmPlan plan{fs::absolute(folder, error), {}, {}};
+  Json json{{"vcd_plan", kPlanVersion}, {"version", VCD_VERSION}, {"shards", Json::array()}};
+  for (const auto& part : balanced(seconds, std::min<size_t>(shards, assets.size()))) {
+    std::vector<Asset> chosen;
+    Shard shard{static_cast<unsigned>(plan.shards.size() + 1), part.size(), 0};
+    for (const size_t asset : part) chosen.push_back(assets[asset]), shard.seconds += seconds[asset];
+    if (auto fault = write_json(plan.file(shard.number, ".json"), manifest_of(chosen))) return *std::move(fault);
+    plan.shards.push_back(shard);
+    json["shards"].push_back({{"number", shard.number}, {"assets", shard.assets}, {"seconds", shard.seconds}});
+  }
+  // Last: a plan is there only when all of it is.
+  if (auto fault = write_json(folder / "plan.json", json)) return *std::move(fault);
+  return plan;
+}
+
+Result<FarmPlan> open_plan(const fs::path& folder) {
+  std::error_code error;
+  const fs::path path = folder / "plan.json";
+  const auto text = read_file(path);
+  if (!text) return text.error();
+  const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
+  const Error fault{ErrorCode::invalid_file, shown(path) + ": not a plan of vc-farm"};
+  if (!json.is_object() || json.value("vcd_plan", Json(nullptr)) != kPlanVersion || !json.contains("shards") || !json["shards"].is_array()) return fault;
+  FarmPlan plan{fs::absolute(folder, error), {}, {}};
+  for (const Json& shard : json["shards"]) {
+    const bool sound = shard.is_object() && shard.contains("number") && shard["number"].is_number_unsigned() && shard.contains("assets") &&
+                       shard["assets"].is_number_unsigned() && shard.contains("seconds") && shard["seconds"].is_number();
+    if (!sound || shard["number"] != plan.shards.size() + 1) return fault;
+    plan.shards.push_back({shard["number"].get<unsigned>(), shard["assets"].get<size_t>(), shard["seconds"].get<double>()});
+  }
+  return plan;
+}
+
+ShardState state_of(const FarmPlan& plan, const Shard& shard) {
+  ShardState state;
+  if (const Json report = read_json(plan.file(shard.number, ".report.json")); is_whole(report)) {
+    state.done = state.started = true;
+    state.ended = report["files"].size();
+    const Json& totals = report["totals"];
+    state.failed = totals.value("failed", size_t{0}) + totals.value("failed_before", size_t{0});
+    return state;
+  }
+  std::ifstream events(plan.file(shard.number, ".events.jsonl"));
+  for (std::string line; std::getline(events, line);) {
+    const Json event = Json::parse(line, nullptr, /*allow_exceptions=*/false);
+    if (!event.is_object()) continue;
+    const Json name = event.value("event", Json(nullptr));
+    if (name == "run-started") state = {.started = true}, state.ended = event.value("up_to_date", size_t{0});
+    if (name == "ended") ++state.ended, state.failed += event.value("exit_code", 0) != 0;
+  }
+  return state;
+}
+
+Json merged_report(const FarmPlan& plan) {
+  Json merged{{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"seconds", 0.0}};
+  Totals totals;
+  Json errors = Json::array(), files = Json::array();
+  double seconds = 0;
+  for (const Shard& shard : plan.shards) {
+    const Json report = read_json(plan.file(shard.number, ".report.json"));
+    if (!is_whole(report)) {
+      totals.assets += shard.assets, totals.not_run += shard.assets;
+      errors.push_back({{"error", shown(plan.file(shard.number, ".json")) + ": this shard is not done: " + std::to_string(shard.assets) + " assets"},
+                        {"exit_code", static_cast<int>(ErrorCode::runtime)}});
+      continue;
+    }
+    const Json& t = report["totals"];
+    totals += {t.value("assets", size_t{0}), t.value("baked", size_t{0}), t.value("objects_reused", size_t{0}), t.value("up_to_date", size_t{0}),
+               t.value("failed", size_t{0}), t.value("failed_before", size_t{0}), 0, t.value("bytes", uint64_t{0})};
+    seconds += report.value("seconds", 0.0);
+    for (const Json& error : report.value("errors", Json::array())) errors.push_back(error);
+    for (const Json& file : report["files"]) files.push_back(file);
+  }
+  merged["seconds"] = seconds;
+  merged["totals"] = totals_json(totals);
+  merged["errors"] = std::move(errors);
+  merged["files"] = std::move(files);
+  return merged;
+}
+
+}  // namespace vcd

@@ -1,0 +1,240 @@
+// vc-farm: a library over many machines. Cuts it into shards that any scheduler can run, runs them by Slurm, merges what came of them.
+#include <chrono>
+#include <cstdio>
+#include <map>
+#include <thread>
+
+#include "common/paths.h"
+#include "common/program.h"
+#include "common/progress.h"
+#include "farm/command.h"
+#include "farm/plan.h"
+#include "farm/slurm.h"
+#include "farm/this_program.h"
+#include "library/report.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace vcd;
+
+struct Options {
+  CommonOptions common;
+  AssetRequest request;
+  std::string plan, report;
+  unsigned shards = 16, shard = 0, tries = 3;
+  SlurmOptions slurm;
+  bool detach = false;
+};
+
+int fail(const Error& error) {
+  print_error(error.message);
+  return exit_code(error.code);
+}
+
+int make(const Options& options) {
+  const auto found = collect_assets(options.request);
+  if (!found) return fail(found.error());
+  for (const Error& error : found->errors) print_error(error.message);
+  if (!found->errors.empty()) {
+    print_error("nothing is planned, because not all inputs could be read");
+    return exit_code(found->errors[0].code);
+  }
+  const auto plan = make_plan(options.plan, found->assets, options.shards);
+  if (!plan) return fail(plan.error());
+  if (options.common.quiet) return kExitOk;
+  if (options.common.format == OutputFormat::json) {
+    Json shards = Json::array();
+    for (const Shard& shard : plan->shards) shards.push_back({{"number", shard.number}, {"assets", shard.assets}, {"seconds", shard.seconds}});
+    print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"plan", path_to_json(plan->folder)}, {"shards", shards}});
+    return kExitOk;
+  }
+  for (const Shard& shard : plan->shards)
+    std::printf("shard %u: %zu assets, about %s on one thread\n", shard.number, shard.assets, readable_seconds(shard.seconds).c_str());
+  return kExitOk;
+}
+
+// Exit code 0 once the shard is done, whatever became of its assets: for a scheduler that is success.
+int run_shard(const Options& options, const std::vector<std::string>& bake_options) {
+  const auto plan = open_plan(options.plan);
+  if (!plan) return fail(plan.error());
+  if (options.shard < 1 || options.shard > plan->shards.size())
+    return fail({ErrorCode::usage, shown(options.plan) + ": has no shard " + std::to_string(options.shard)});
+  const Shard& shard = plan->shards[options.shard - 1];
+  std::vector<std::string> command = {(program_folder() / "vc-bake").string(), "--manifest", plan->file(shard.number, ".json").string(), "--resume", "--quiet",
+                                      "--events", plan->file(shard.number, ".events.jsonl").string(),
+                                      "--report", plan->file(shard.number, ".report").string()};
+  command.insert(command.end(), bake_options.begin(), bake_options.end());
+  catch_interruptions();
+  const auto code = run_command(command);
+  if (!code) return fail(code.error());
+  return state_of(*plan, shard).done ? kExitOk : *code == kExitOk ? exit_code(ErrorCode::runtime) : *code;
+}
+
+struct Standing {
+  size_t shards_done = 0, assets = 0, ended = 0, failed = 0;
+  std::vector<unsigned> open;  // shards that are not done
+};
+
+Standing standing_of(const FarmPlan& plan) {
+  Standing standing;
+  for (const Shard& shard : plan.shards) {
+    const ShardState state = state_of(plan, shard);
+    standing.shards_done += state.done;
+    standing.assets += shard.assets;
+    standing.ended += std::min(state.ended, shard.assets);
+    standing.failed += state.failed;
+    if (!state.done) standing.open.push_back(shard.number);
+  }
+  return standing;
+}
+
+std::string readable(const FarmPlan& plan, const Standing& s) {
+  return std::to_string(s.shards_done) + "/" + std::to_string(plan.shards.size()) + " shards, " + std::to_string(s.ended) + "/" + std::to_string(s.assets) +
+         " assets" + (s.failed ? ", " + std::to_string(s.failed) + " failed" : "");
+}
+
+int show_status(const Options& options) {
+  const auto plan = open_plan(options.plan);
+  if (!plan) return fail(plan.error());
+  Json shards = Json::array();
+  for (const Shard& shard : plan->shards) {
+    const ShardState state = state_of(*plan, shard);
+    const char* const word = state.done ? "done" : state.started ? "begun" : "not begun";
+    shards.push_back({{"number", shard.number}, {"state", word}, {"assets", shard.assets}, {"ended", state.ended}, {"failed", state.failed}});
+    if (options.common.format == OutputFormat::text)
+      std::printf("shard %u: %s, %zu of %zu assets ended, %zu failed\n", shard.number, word, state.ended, shard.assets, state.failed);
+  }
+  if (options.common.format == OutputFormat::json) print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"shards", shards}});
+  else std::printf("%s\n", readable(*plan, standing_of(*plan)).c_str());
+  return kExitOk;
+}
+
+int merge(const FarmPlan& plan, const Options& options) {
+  const Json report = merged_report(plan);
+  const std::string name = options.report.empty() ? (plan.folder / "report").string() : options.report;
+  if (const auto fault = write_report(name, report)) return fail(*fault);
+  if (options.common.format == OutputFormat::json) print_json(report);
+  const Json& totals = report["totals"];
+  const auto count = [&](const char* key) { return totals.value(key, size_t{0}); };
+  if (!options.common.quiet && options.common.format == OutputFormat::text)
+    std::printf("%zu baked, %zu up to date, %zu failed, %zu not run; %s.html\n", count("baked"), count("up_to_date"), count("failed") + count("failed_before"),
+                count("not_run"), shown(name).c_str());
+  if (count("not_run") > 0) return print_error(std::to_string(count("not_run")) + " assets are of shards that are not done"), exit_code(ErrorCode::runtime);
+  return count("failed") + count("failed_before") + report["errors"].size() > 0 ? kExitBatch : kExitOk;
+}
+
+// Submits what is neither done nor queued, follows it, and submits again what a node lost.
+class SlurmRun {
+ public:
+  SlurmRun(const FarmPlan& plan, Slurm& slurm, const Options& options) : plan_(plan), slurm_(slurm), options_(options), line_("", options.common.quiet) {}
+
+  int run() {
+    catch_interruptions();
+    for (std::set<unsigned> missing_before; !interrupted(); std::this_thread::sleep_for(std::chrono::seconds(1))) {
+      const auto queued = slurm_.queued();
+      const Standing standing = standing_of(plan_);  // after the queue: what left it has written its report
+      if (standing.open.empty()) break;
+      if (!queued) {
+        note_once(queued.error().message);
+        continue;
+      }
+      std::vector<unsigned> missing;
+      for (const unsigned shard : standing.open)
+        if (!queued->contains(shard)) missing.push_back(shard);
+      // A report may take a moment to be seen from here: only what is missing twice is lost.
+      std::vector<unsigned> lost;
+      for (const unsigned shard : missing)
+        if (submitted_.empty() || missing_before.contains(shard)) lost.push_back(shard);
+      missing_before = {missing.begin(), missing.end()};
+      if (auto fault = submit(lost)) return fail(*fault);
+      if (options_.detach) return kExitOk;
+      line_.show(readable(plan_, standing) + ", " + std::to_string(queued->size()) + " shards in Slurm's queue");
+    }
+    line_.wipe();
+    if (!interrupted()) return merge(plan_, options_);
+    print_error("interrupted; what is submitted goes on. The same command follows it again, scancel ends it");
+    return exit_code(ErrorCode::runtime);
+  }
+
+ private:
+  std::optional<Error> submit(const std::vector<unsigned>& shards) {
+    if (shards.empty()) return std::nullopt;
+    for (const unsigned shard : shards)
+      if (++submitted_[shard] > options_.tries)
+        return Error{ErrorCode::runtime, "shard " + std::to_string(shard) + " was submitted " + std::to_string(options_.tries) +
+                                             " times and is not done; see " + shown(plan_.folder / "slurm-*.out")};
+    if (auto fault = slurm_.submit(shards, options_.slurm)) return fault;
+    if (!options_.common.quiet) print_note(std::to_string(shards.size()) + " shards submitted");
+    return std::nullopt;
+  }
+
+  void note_once(const std::string& text) {
+    if (text != noted_) print_note(text);
+    noted_ = text;
+  }
+
+  const FarmPlan& plan_;
+  Slurm& slurm_;
+  const Options& options_;
+  ProgressLine line_;
+  std::map<unsigned, unsigned> submitted_;  // how often
+  std::string noted_;
+};
+
+template <class Body>
+int with_plan(const Options& options, Body body) {
+  const auto plan = open_plan(options.plan);
+  return plan ? body(*plan) : fail(plan.error());
+}
+
+int run_slurm(const Options& options) {
+  return with_plan(options, [&](const FarmPlan& plan) {
+    auto slurm = Slurm::find(plan);
+    return slurm ? SlurmRun(plan, *slurm, options).run() : fail(slurm.error());
+  });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app{"Bakes a library over many machines. `plan` cuts it into shards of equal cost, in a folder that all of them reach; `run`\n"
+               "bakes one shard, started by whatever starts commands; `slurm` has Slurm do it; `merge` makes one report."};
+  app.require_subcommand(1);
+  const auto subcommand = [&](const char* name, const char* description) {
+    CLI::App* const sub = app.add_subcommand(name, description);
+    sub->add_option("plan", options.plan, "Folder of the plan")->required()->type_name("PLAN");
+    return sub;
+  };
+  CLI::App* const plan = subcommand("plan", "Cut a library into shards");
+  plan->add_option("inputs", options.request.inputs, "Mesh files, folders of them, or patterns; @FILE: a list of them")->type_name("MESH...");
+  plan->add_option("--manifest", options.request.manifests, "A library as a JSON file, with settings for single assets")->type_name("FILE");
+  plan->add_option("-o,--output", options.request.output, "Folder for the sidecars, where those of a folder are mirrored (default: beside each mesh)")->type_name("PATH");
+  plan->add_option("--shards", options.shards, "How many, at the most (default: 16)")->check(CLI::Range(1u, 1000000u));
+  add_settings(*plan, options.request.settings);
+  CLI::App* const run = subcommand("run", "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was");
+  run->add_option("shard", options.shard, "Its number, from 1")->required()->type_name("NUMBER");
+  run->prefix_command();
+  CLI::App* const status = subcommand("status", "Show how far the shards are");
+  CLI::App* const slurm = subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge; what follows -- goes to sbatch");
+  slurm->add_option("--bake", options.slurm.bake, "An option for vc-bake, such as --bake=--cache=DIR; any number of them")->type_name("OPTION")->expected(1)->take_all();
+  slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")->check(CLI::Range(1u, 1024u));
+  slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")->check(CLI::Range(1u, 1000u));
+  slurm->add_flag("--detach", options.detach, "Only submit");
+  slurm->prefix_command();
+  CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");
+  for (CLI::App* const sub : {slurm, merge_command})
+    sub->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")->type_name("NAME");
+  for (CLI::App* const sub : {plan, run, status, slurm, merge_command}) add_common_options(*sub, options.common);
+  add_common_options(app, options.common);
+  return run_program(app, argc, argv, [&] {
+    if (*plan) return make(options);
+    if (*run) return run_shard(options, run->remaining());
+    if (*status) return show_status(options);
+    if (*merge_command) return with_plan(options, [&](const FarmPlan& p) { return merge(p, options); });
+    options.slurm.arguments = slurm->remaining();
+    std::erase(options.slurm.arguments, "--");
+    return run_slurm(options);
+  });
+}
