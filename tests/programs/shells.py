@@ -15,12 +15,12 @@ FISH = SHARE / "fish" / "vendor_completions.d"
 
 
 def bash_answers(program, lines, folder="."):
-    """The set offered for the last word of each line; --option=VALUE as bash splits it: three words."""
+    """The set offered for the last word of each line; --option=VALUE as bash splits it, in three words, and @FILE in two."""
     script = [f"source {shlex.quote(str(BASH / program))} || exit 1"]
     for line in lines:
-        words = re.sub(r"(--\S+)=(\S*)", r"\1 = \2", line).split(" ")
-        if line.endswith("="):
-            words = words[:-1]  # the cursor is on the "="
+        words = re.sub(r"(--\S+)=(\S*)", r"\1 = \2", line).replace(" @", " @ ").split(" ")
+        if line.endswith(("=", "@")):
+            words = words[:-1]  # the cursor is on the "=" or "@"
         quoted = " ".join(shlex.quote(w) for w in words)
         script.append(f"COMP_WORDS=({quoted}) COMP_CWORD={len(words) - 1}; _{program.replace('-', '_')}; "
                       "printf '%s\\n' \"${COMPREPLY[@]}\"; printf '\\f'")

@@ -47,9 +47,13 @@ class ManPages(unittest.TestCase):
     def test_say_what_the_help_says(self):
         for program in PROGRAMS:
             page = " ".join(plain(self.page(program)).split())
-            words = " ".join(re.sub(r"^  -.*?(?=  |$)", "", help_of(program), flags=re.M).split())
-            for sentence in ("Exit codes", ) + tuple(re.findall(r"\(default: [^)]*\)", words)):
-                self.assertIn(sentence.lower(), page.lower(), program)
+            for command in commands_of(program):
+                # After the option and its type, two spaces or a line end, and the description, in lines.
+                texts = re.findall(r"^  -\S.*?\s{2,}(\S.*?)(?=\n  \S|\n\n|\Z)", help_of(program, command), re.M | re.S)
+                self.assertEqual(len(texts), len(options_of(program, command)))
+                for text in texts:
+                    self.assertIn(" ".join(text.split()), page, f"{program} {command}")
+            self.assertIn(" ".join(help_of(program).partition("Exit codes:")[2].split()), page)
 
     def test_show_choices(self):
         for program in PROGRAMS:
@@ -139,6 +143,10 @@ class Completions(unittest.TestCase):
         self.assert_files(self.bash)
         self.assertEqual(self.bash("vc-bench", ["vc-bench segments ", "vc-bench segments i.vcd "]),
                          [{"i.vcd", "k"}, MESHES | {"k"}])
+
+    def test_bash_offers_lists_of_files(self):
+        self.assertEqual(self.bash("vc-bake", ["vc-bake @d", "vc-bake @", "vc-bake @d.txt a"]),
+                         [{"@d.obj", "@d.txt"}, {"@" + name for name in (*FILES, "k")}, {"a.glb"}])
 
     def test_bash_offers_subcommands(self):
         self.assertEqual(self.bash("vc-bench", ["vc-bench ", "vc-bench --quick -j 2 seg"]),

@@ -13,10 +13,15 @@ constexpr const char* kEngine = R"bash(
 _vcd_complete() {
   local cur=${COMP_WORDS[COMP_CWORD]} command='' values='' place=1 i word
   COMPREPLY=()
-  [[ $cur == '=' ]] && cur=''  # --option=VALUE comes as three words
+  [[ $cur == '=' ]] && cur=''  # --option=VALUE comes as three words, @FILE as two
+  [[ ${COMP_WORDS[COMP_CWORD - 1]} == '@' ]] && cur=@$cur
+  if [[ $cur == @* ]]; then
+    mapfile -t COMPREPLY < <(compgen -P @ -f -- "${cur#@}")
+    return
+  fi
   for ((i = 1; i < COMP_CWORD; ++i)); do
     word=${COMP_WORDS[i]}
-    if [[ $word == '=' ]]; then
+    if [[ $word == [=@] ]]; then
       continue
     elif [[ -n $values ]]; then
       values=''
