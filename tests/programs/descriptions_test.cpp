@@ -66,7 +66,7 @@ TEST_F(Descriptions, CompletionsQuoteTexts) {
   EXPECT_NE(zsh.find("'(-o --out-file)--out-file=[.begins with a dot, \\[brackets\\], a\\:colon and it'\\''s quoted]:PATH:_files'"), std::string::npos) << zsh;
   EXPECT_NE(zsh.find(":near|far:_values -s , value near far'"), std::string::npos) << zsh;
   const std::string fish = fish_completion(table);
-  EXPECT_NE(fish.find("-s o -l out-file -x -a '(__fish_complete_path (commandline -ct))' -d '.begins with a dot, [brackets], a:colon and it\\'s quoted'\n"),
+  EXPECT_NE(fish.find("-s o -l out-file -r -F -d '.begins with a dot, [brackets], a:colon and it\\'s quoted'\n"),
             std::string::npos) << fish;
   const std::string bash = bash_completion(table);
   EXPECT_NE(bash.find("'sleep|--storage|raw ship'\n"), std::string::npos) << bash;

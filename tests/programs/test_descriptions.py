@@ -48,12 +48,17 @@ class ManPages(unittest.TestCase):
         for program in PROGRAMS:
             page = " ".join(plain(self.page(program)).split())
             for command in commands_of(program):
-                # After the option and its type, two spaces or a line end, and the description, in lines.
-                texts = re.findall(r"^  -\S.*?\s{2,}(\S.*?)(?=\n  \S|\n\n|\Z)", help_of(program, command), re.M | re.S)
+                # "  --name TYPE in [LOW - HIGH] ...", a gap or a line end, and the description, in lines.
+                texts = re.findall(r"^  -\S+(?: (?! )\S+(?: in \[\S+ - \S+\])?(?: \.\.\.)?(?: REQUIRED)?)?\s+(\S.*?)(?=\n  \S|\n\n|\Z)",
+                                   help_of(program, command), re.M | re.S)
                 self.assertEqual(len(texts), len(options_of(program, command)))
                 for text in texts:
                     self.assertIn(" ".join(text.split()), page, f"{program} {command}")
             self.assertIn(" ".join(help_of(program).partition("Exit codes:")[2].split()), page)
+
+    def test_synopsis_has_what_is_required(self):
+        self.assertIn("vc-scene [OPTIONS] -o PATH sierpinski|hairball|forest\n", plain(self.page("vc-scene")))
+        self.assertIn("vc-bench [OPTIONS]\n.br\nvc-bench report [OPTIONS] DIR\n", plain(self.page("vc-bench")))
 
     def test_show_choices(self):
         for program in PROGRAMS:
@@ -179,7 +184,7 @@ class Completions(unittest.TestCase):
         for line, completed in (("vc-bake --emb", "vc-bake --embed-geometry "), ("vc-bake --storage=s", "vc-bake --storage=ship "),
                                 ("vc-bake --storage s", "vc-bake --storage ship "), ("vc-bake d", "vc-bake d.obj "),
                                 ("vc-bake -o d.t", "vc-bake -o d.txt "), ("vc-info i", "vc-info i.vcd "),
-                                ("vc-bake d.obj H", "vc-bake d.obj H.OBJ "), ("vc-render --views shaded,f", "vc-render --views shaded,fallback"),
+                                ("vc-bake d.obj H", "vc-bake d.obj H.OBJ "), ("vc-render --views shaded,f", "vc-render --views shaded,fallback,"),
                                 ("vc-bench --quick seg", "vc-bench --quick segments "), ("vc-bench segments --obj", "vc-bench segments --object="),
                                 ("vc-bench segments i.vcd d", "vc-bench segments i.vcd d.obj "), ("vc-scene f", "vc-scene forest "),
                                 ("vc-bench segments --qui", "vc-bench segments --qui"), ("vc-render sier", "vc-render sierpinski "),

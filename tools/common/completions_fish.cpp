@@ -7,7 +7,9 @@ namespace {
 
 constexpr const char* kFiles = R"fish(
 function __vcd_files  # EXTENSION...: folders, and the files that end so, in any case
-    __fish_complete_path (commandline -ct) | string match -eri '(?:/|\.(?:'(string join '|' $argv)'))(?:\t|$)'
+    set -l ends '/' '\.'$argv
+    set -l begun (string replace -r -- '^--[^=]*=' '' (commandline -ct))
+    __fish_complete_path $begun | string match -eri '(?:'(string join '|' $ends)')(?:\t|$)'
 end
 )fish";
 
@@ -25,10 +27,8 @@ std::string choices(const ValueEntry& value) {
   std::string words = joined(value.words);
   if (value.comma_list && !words.empty()) words = joined({"(__fish_append ,", words, ")"});
   if (!words.empty() && value.files != Files::none) words += ' ';
-  if (value.files == Files::folders) words += "(__fish_complete_directories (commandline -ct))";
-  if (value.files == Files::any) words += "(__fish_complete_path (commandline -ct))";
-  const std::string extensions = joined(extensions_of(value.files));
-  if (!extensions.empty()) words.append("(__vcd_files ").append(extensions).append(")");
+  if (value.files != Files::none && value.files != Files::any)
+    words.append("(__vcd_files ").append(joined(extensions_of(value.files))).append(")");
   return words.empty() ? words : " -a " + quoted(words);
 }
 
@@ -37,7 +37,7 @@ void write_options(std::ostream& out, const std::string& begin, const std::vecto
     out << begin;
     for (const std::string& name : option.names)
       out << (name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1));
-    if (option.takes_value) out << " -x" << choices(option.value);
+    if (option.takes_value) out << (option.value.files == Files::any ? " -r -F" : " -x") << choices(option.value);
     out << " -d " << quoted(option.description) << '\n';
   }
 }

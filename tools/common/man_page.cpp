@@ -72,6 +72,8 @@ void write_synopsis(std::ostream& out, const std::string& program, const Command
   out << bold(program);
   if (command.name != program) out << ' ' << bold(command.name);
   out << " [" << italic("OPTIONS") << ']';
+  for (const OptionEntry& option : command.options)
+    if (option.required) out << ' ' << bold(option.names[0]) << ' ' << shown_value(option.value);
   for (const OptionEntry& positional : command.positionals) {
     const std::string shown = heading(positional, true);
     out << ' ' << (positional.required ? shown : "[" + shown + "]");
