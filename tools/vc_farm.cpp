@@ -23,6 +23,7 @@ struct Options {
   AssetRequest request;
   std::string plan, report;
   unsigned shards = 16, shard = 0, tries = 3;
+  double poll = 10;
   SlurmOptions slurm;
   bool detach = false;
 };
@@ -131,25 +132,26 @@ class SlurmRun {
 
   int run() {
     catch_interruptions();
-    for (std::set<unsigned> missing_before; !interrupted(); std::this_thread::sleep_for(std::chrono::seconds(1))) {
-      const auto queued = slurm_.queued();
+    for (std::set<unsigned> missing_before; !interrupted(); std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
+      const auto queue = slurm_.queue();
       const Standing standing = standing_of(plan_);  // after the queue: what left it has written its report
       if (standing.open.empty()) break;
-      if (!queued) {
-        note_once(queued.error().message);
+      if (!queue) {
+        note_once(queue.error().message);
         continue;
       }
+      if (!queue->held.empty()) note_once(std::to_string(queue->held.size()) + " shards are held by Slurm: scontrol release lets them go");
       std::vector<unsigned> missing;
       for (const unsigned shard : standing.open)
-        if (!queued->contains(shard)) missing.push_back(shard);
-      // A report may take a moment to be seen from here: only what is missing twice is lost.
+        if (!queue->shards.contains(shard)) missing.push_back(shard);
+      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice is lost.
       std::vector<unsigned> lost;
       for (const unsigned shard : missing)
         if (submitted_.empty() || missing_before.contains(shard)) lost.push_back(shard);
       missing_before = {missing.begin(), missing.end()};
       if (auto fault = submit(lost)) return fail(*fault);
       if (options_.detach) return kExitOk;
-      line_.show(readable(plan_, standing) + ", " + std::to_string(queued->size()) + " shards in Slurm's queue");
+      line_.show(readable(plan_, standing) + ", " + std::to_string(queue->shards.size()) + " shards in Slurm's queue");
     }
     line_.wipe();
     if (!interrupted()) return merge(plan_, options_);
@@ -221,6 +223,7 @@ int main(int argc, char** argv) {
   slurm->add_option("--bake", options.slurm.bake, "An option for vc-bake, such as --bake=--cache=DIR; any number of them")->type_name("OPTION")->expected(1)->take_all();
   slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")->check(CLI::Range(1u, 1024u));
   slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")->check(CLI::Range(1u, 1000u));
+  slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")->check(CLI::Range(0.1, 3600.0));
   slurm->add_flag("--detach", options.detach, "Only submit");
   slurm->prefix_command();
   CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");

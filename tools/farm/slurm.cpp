@@ -1,18 +1,14 @@
 #include "slurm.h"
 
-#include <algorithm>
 #include <charconv>
-#include <fstream>
 #include <map>
-#include <sstream>
-
 #include <span>
+#include <sstream>
 
 #include <vcd/baker/source.h>
 #include <vcd/format/atomic_file.h>
 
 #include "command.h"
-#include "common/paths.h"
 #include "this_program.h"
 
 namespace vcd {
@@ -23,15 +19,6 @@ namespace fs = std::filesystem;
 // Slurm's MaxArraySize is 1001 unless an administrator changed it: larger plans are several arrays, each with an offset.
 constexpr unsigned kArraySize = 1000;
 
-// Jobs of this plan: number → offset of its array.
-std::map<std::string, unsigned> jobs_of(const FarmPlan& plan) {
-  std::map<std::string, unsigned> jobs;
-  std::ifstream file(plan.folder / "slurm-jobs");
-  std::string job;
-  for (unsigned offset; file >> job >> offset;) jobs[job] = offset;
-  return jobs;
-}
-
 }  // namespace
 
 Result<Slurm> Slurm::find(const FarmPlan& plan) {
@@ -39,6 +26,8 @@ Result<Slurm> Slurm::find(const FarmPlan& plan) {
     if (const auto version = output_of({program, "--version"}); !version) return version.error();
   return Slurm(plan);
 }
+
+std::string Slurm::job_name() const { return "vc-farm-" + hex(content_hash(plan_->folder.string())).substr(0, 8); }
 
 std::optional<Error> Slurm::submit(const std::vector<unsigned>& shards, const SlurmOptions& options) {
   std::map<unsigned, std::vector<unsigned>> arrays;
@@ -60,35 +49,32 @@ std::optional<Error> Slurm::submit_array(const std::vector<unsigned>& shards, un
 
   std::string tasks;
   for (const unsigned shard : shards) tasks += (tasks.empty() ? "" : ",") + std::to_string(shard - offset);
-  std::vector<std::string> command = {"sbatch", "--parsable", "--requeue", "--job-name=vc-farm", "--array=" + tasks, "--chdir=" + plan_->folder.string(),
+  std::vector<std::string> command = {"sbatch", "--parsable", "--requeue", "--job-name=" + job_name() + "-" + std::to_string(offset), "--array=" + tasks, "--chdir=" + plan_->folder.string(),
                                       "--output=" + (plan_->folder / "slurm-%A_%a.out").string(), "--open-mode=append",
                                       "--cpus-per-task=" + std::to_string(options.threads)};
   command.insert(command.end(), options.arguments.begin(), options.arguments.end());
   command.push_back(path.string());
-  const auto answer = output_of(command);
-  if (!answer) return answer.error();
-  const std::string job = answer->substr(0, answer->find_first_of(";\n"));  // "123" or "123;cluster"
-  std::ofstream jobs(plan_->folder / "slurm-jobs", std::ios::app);
-  if (!(jobs << job << " " << offset << "\n").flush())
-    return Error{ErrorCode::io, shown(plan_->folder / "slurm-jobs") + ": cannot be written; job " + job + " is submitted all the same"};
+  if (const auto answer = output_of(command); !answer) return answer.error();
   return std::nullopt;
 }
 
-Result<std::set<unsigned>> Slurm::queued() const {
-  const auto jobs = jobs_of(*plan_);
-  // All jobs of this user: asked for single ones, squeue fails once the first is forgotten.
-  const auto answer = output_of({"squeue", "--me", "--noheader", "--array", "--format=%F %K"});
+Result<Slurm::Queue> Slurm::queue() const {
+  // Asked for by name: of a job that it has forgotten by number, squeue says the same as of a controller that is away.
+  const auto answer = output_of({"squeue", "--me", "--noheader", "--array", "--format=%j %K %r"});
   if (!answer) return answer.error();
-  std::set<unsigned> shards;
+  Queue queue;
   std::istringstream lines(*answer);
-  std::string job, task;
-  while (lines >> job >> task) {
-    unsigned number = 0;
-    const auto known = jobs.find(job);
-    const bool is_number = std::from_chars(task.data(), task.data() + task.size(), number).ptr == task.data() + task.size();
-    if (known != jobs.end() && is_number) shards.insert(known->second + number);
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream words(line);
+    std::string name, reason;
+    unsigned task = 0, offset = 0;
+    if (!(words >> name >> task) || !name.starts_with(job_name() + "-")) continue;
+    std::getline(words, reason);
+    std::from_chars(name.data() + job_name().size() + 1, name.data() + name.size(), offset);
+    queue.shards.insert(offset + task);
+    if (reason.find("eld") != std::string::npos) queue.held.insert(offset + task);  // JobHeldUser, launch failed requeued held, …
   }
-  return shards;
+  return queue;
 }
 
 }  // namespace vcd

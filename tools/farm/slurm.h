@@ -20,14 +20,20 @@ class Slurm {
   // Error (runtime): sbatch or squeue cannot be run here.
   static Result<Slurm> find(const FarmPlan& plan);
 
-  // Submits array jobs of these shards, and notes their numbers in the plan's folder. Error (runtime) with sbatch's words.
+  // Submits array jobs of these shards. Their name says which plan they are of. Error (runtime) with sbatch's words.
   std::optional<Error> submit(const std::vector<unsigned>& shards, const SlurmOptions& options);
-  // The shards that wait or run by what Slurm says. Error (runtime): it did not answer.
-  Result<std::set<unsigned>> queued() const;
+
+  struct Queue {
+    std::set<unsigned> shards;  // that wait or run by what Slurm says
+    std::set<unsigned> held;    // of them, those that it will not start by itself
+  };
+  Result<Queue> queue() const;  // Error (runtime): it did not answer, so nothing is known
 
  private:
   explicit Slurm(const FarmPlan& plan) : plan_(&plan) {}
   std::optional<Error> submit_array(const std::vector<unsigned>& shards, unsigned offset, const SlurmOptions& options);
+  std::string job_name() const;
+
   const FarmPlan* plan_;
 };
 
