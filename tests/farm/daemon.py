@@ -43,9 +43,10 @@ class Daemon:
             return
         try:
             # The first process ends last: when unshare has waited for it, none is left.
-            for first in self._children_of(self.process.pid):
+            firsts = self._children_of(self.process.pid)
+            for first in firsts:
                 os.kill(first, signal.SIGKILL)
-            if not self._children_of(self.process.pid):
+            if not firsts:
                 self.process.kill()
         finally:
             self.process.wait()
@@ -57,12 +58,9 @@ class Daemon:
         self.process.wait(seconds)
         self.process = None
 
-    def pause(self):
-        """The daemon alone stops where it is and answers nobody; what it started goes on."""
+    def freeze(self):
+        """The daemon alone stops where it is and answers nobody, until it is killed; what it started goes on."""
         os.kill(self._pid(), signal.SIGSTOP)
-
-    def go_on(self):
-        os.kill(self._pid(), signal.SIGCONT)
 
     def failed(self):
         """Whether it ended though nobody killed it."""

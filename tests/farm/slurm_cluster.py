@@ -17,7 +17,8 @@ import time
 
 import daemon
 
-PROGRAMS = ("munged", "munge", "slurmctld", "slurmd", "sbatch", "squeue", "sinfo", "scontrol", *daemon.PROGRAMS)
+PROGRAMS = ("munged", "munge", "slurmctld", "slurmd", "sbatch", "squeue", "scancel", "sinfo", "scontrol",
+            *daemon.PROGRAMS)
 CLIENT_VARIABLES = ("SLURM", "SBATCH_", "SQUEUE_", "SINFO_", "SCANCEL_", "SALLOC_")
 
 # What a test wants of a cluster: no cgroups, no accounting, and a lost node that is noticed soon.
@@ -37,8 +38,8 @@ SETTINGS = {
     "SelectTypeParameters": "CR_CPU",
     "SchedulerParameters": "batch_sched_delay=0,sched_min_interval=0,sched_interval=1,bf_interval=1",
     "SlurmdParameters": "config_overrides",  # nodes are smaller than the machine
-    "SlurmdTimeout": 6,
-    "MessageTimeout": 5,
+    "SlurmdTimeout": 4,
+    "MessageTimeout": 3,
     "TCPTimeout": 2,
     "KillWait": 2,
     "ReturnToService": 2,
@@ -50,7 +51,8 @@ class SlurmCluster:
     """Nodes are node1, node2, ... with `cpus` each, idle on entry; all are in the one partition.
 
     On exit, or when the thread that entered it ends in whatever way, all daemons and jobs are killed. The folder must
-    be there, empty, and is left to the caller, with the daemons' words in *.out. Errors are RuntimeError and show such words.
+    be there, without an earlier cluster's files, and is left to the caller, with the daemons' words in *.out.
+    Errors of daemons and of commands are RuntimeError and show their words.
     """
 
     def __init__(self, folder, nodes=3, cpus=2, settings=None):
@@ -124,11 +126,7 @@ class SlurmCluster:
 
     def cut_node(self, number):
         """A node that hangs or is cut off: slurmctld loses it and runs its tasks elsewhere, but here they go on too."""
-        self._node(number).pause()
-
-    def mend_node(self, number):
-        """A cut node answers again."""
-        self._node(number).go_on()
+        self._node(number).freeze()
 
     def stop_controller(self):
         """slurmctld saves its state and ends: sbatch and squeue fail now, jobs go on."""

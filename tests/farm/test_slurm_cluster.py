@@ -1,4 +1,4 @@
-"""The cluster that tests of a farm run on does what a cluster does, loses what it is told to lose, and leaves nothing."""
+"""The cluster for tests of a farm: it does what a cluster does, loses what it is told to lose, and leaves nothing."""
 import os
 import pathlib
 import subprocess
@@ -41,7 +41,8 @@ class Case(unittest.TestCase):
     def places(self, name):
         """(task, node) by line of a file that tasks write."""
         file = self.folder / name
-        return sorted((int(task), node) for task, node in map(str.split, file.read_text().splitlines())) if file.exists() else []
+        lines = file.read_text().splitlines() if file.exists() else []
+        return sorted((int(task), node) for task, node in map(str.split, lines))
 
 
 @unittest.skipIf(MISSING, MISSING)
@@ -76,7 +77,8 @@ class Cluster(Case):
             cluster.kill_node(1)
             self.assertEqual(self.processes(SLURMD_NODENAME="node1"), [])
             cluster.cut_node(2)
-            cluster.wait_for("both are lost", lambda: cluster.nodes() == {"node1": "down*", "node2": "down*", "node3": "allocated"})
+            lost = {"node1": "down*", "node2": "down*", "node3": "allocated"}
+            cluster.wait_for("both are lost", lambda: cluster.nodes() == lost)
             self.wait_for_state(cluster, job, "PENDING", 4)
             (self.folder / "go").touch()
             self.wait_for_state(cluster, job, "COMPLETED", 6)
@@ -84,8 +86,9 @@ class Cluster(Case):
             self.assertEqual([task for task, node in ended if node == "node3"], [*range(1, 7)])
             self.assertEqual([task for task, node in ended if node == "node2"], on["node2"])  # ran twice
             self.assertEqual([task for task, node in ended if node == "node1"], [])
-            cluster.restart_node(1)
-            cluster.mend_node(2)
+            cluster.kill_node(2)
+            for node in (1, 2):
+                cluster.restart_node(node)
             cluster.wait_for("both are back", lambda: set(cluster.nodes().values()) == {"idle"})
 
     def test_the_controller_goes_on_from_its_state(self):
