@@ -166,6 +166,8 @@ class SlurmCluster:
             key.write(os.urandom(128))
         for host in ("slurmctld", *self._node_names):
             (self.folder / f"{host}.state").mkdir()
+        # Nothing uses cgroups, but slurmd looks for a hierarchy at its start unless it is told which version to expect.
+        (self.folder / "cgroup.conf").write_text("CgroupPlugin=cgroup/v1\n")
         controller_port, *node_ports = free_ports(1 + len(self._node_names))
         settings = {
             **SETTINGS,
