@@ -6,6 +6,7 @@ packages=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libboost-dev libdraco-dev libmeshoptimizer-dev
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libgtest-dev
+  libpugixml-dev
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
   zstd python3 mandoc slurm-wlm munge clang libclang-rt-14-dev
 )

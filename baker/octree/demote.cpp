@@ -11,11 +11,11 @@
 #include <tbb/parallel_sort.h>
 
 #include <vcd/baker/cell.h>
+#include <vcd/baker/threads.h>
 #include <vcd/format/layout.h>
 
 #include "classify/random.h"
 #include "octree/block_pool.h"
-#include "octree/threads.h"
 
 namespace vcd {
 namespace {

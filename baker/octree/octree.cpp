@@ -9,8 +9,9 @@
 #include <tbb/parallel_pipeline.h>
 #include <tbb/task_arena.h>
 
+#include <vcd/baker/threads.h>
+
 #include "classify/random.h"
-#include "octree/threads.h"
 
 namespace vcd {
 namespace {

@@ -31,20 +31,25 @@ constexpr const char* kExitCodes = R"(Exit codes:
   3  invalid file           9  part of a batch failed
   4  failure while running)";
 
+// CLI11 takes the brackets off a name like [x], and parts it at commas.
+std::string with_brackets(const std::string& name) {
+  return name.starts_with('[') && name.ends_with(']') ? "./" + name : name;
+}
+
 // Replaces each @FILE by the lines of FILE that are not empty.
 std::vector<std::string> expand_lists(int argc, char** argv) {
   std::vector<std::string> arguments;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument.size() < 2 || argument[0] != '@') {
-      arguments.push_back(argument);
+      arguments.push_back(with_brackets(argument));
       continue;
     }
     std::ifstream list(argument.substr(1));
     if (!list) throw CLI::ValidationError(argument, "cannot read this list of files");
     for (std::string line; std::getline(list, line);) {
       if (!line.empty() && line.back() == '\r') line.pop_back();
-      if (!line.empty()) arguments.push_back(line);
+      if (!line.empty()) arguments.push_back(with_brackets(line));
     }
   }
   return arguments;

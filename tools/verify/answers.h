@@ -1,0 +1,20 @@
+// An object's answers, held against exact arithmetic.
+#pragma once
+
+#include <vcd/baker/prepare.h>
+#include <vcd/runtime/sidecar.h>
+
+#include "check.h"
+
+namespace vcd::verify {
+
+// One object as the runtime answers for it.
+struct Answering {
+  Object all, proven;  // the second trusts proofs alone
+};
+
+// Audits it, or asks and traces the one segment. json: the object's part of the report. Throws Interrupted.
+void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place, const CheckOptions& options,
+                   Outcome& outcome, Json& json);
+
+}  // namespace vcd::verify

@@ -1,0 +1,26 @@
+// What the user names → files.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "library/find.h"
+#include "outcome.h"
+
+namespace vcd::verify {
+
+// A file, or the fault of an input that is not there or holds nothing of its kind.
+struct Input {
+  FoundFile file;
+  std::optional<Outcome> fault;
+};
+
+// In the order of the names; each file once. kind: "sidecar" or "mesh", for messages. A name without any file of its kind is a
+// fault, never nothing.
+std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions, const std::string& kind);
+
+// Where a file is, whatever way led there; a link as the last component is not followed.
+std::filesystem::path place_of(const std::filesystem::path& path);
+
+}  // namespace vcd::verify

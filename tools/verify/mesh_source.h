@@ -1,0 +1,29 @@
+// Where the meshes come from that one sidecar's objects are held against.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <vcd/baker/prepare.h>
+#include <vcd/format/contents.h>
+
+#include "outcome.h"
+
+namespace vcd::verify {
+
+class MeshSource {
+ public:
+  virtual ~MeshSource() = default;
+
+  // The mesh with the object's geometry hash; valid until the next call. Null if there is none: then the outcome says why.
+  // place: the object, for messages.
+  virtual const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) = 0;
+};
+
+// One mesh file, read when it is first asked for.
+std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar);
+
+// Thrown where work ends early because the user wants it to.
+struct Interrupted {};
+
+}  // namespace vcd::verify

@@ -1,0 +1,160 @@
+#include "pairing.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/meshes.h"
+#include "library/paths.h"
+
+namespace vcd::verify {
+namespace {
+
+class FromLibrary : public MeshSource {
+ public:
+  FromLibrary(Library& library, const FoundFile& file, const SidecarContents& sidecar)
+      : library_(library), all_as_opaque_(baked_all_as_opaque(sidecar)), by_path_(library.named_by_path(file)) {
+    for (const ObjectContents& object : sidecar.objects) wanted_.insert(object.record->geometry_hash);
+    for (const auto& [key, value] : sidecar.provenance)
+      if (key == "source") by_name_ = library.named(value);
+  }
+
+  const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
+    const GeometryHash& geometry = object.record->geometry_hash;
+    Parts parts = opaque_parts;
+    auto assets = library_.with_geometry(geometry, parts);
+    if (assets.empty() && all_as_opaque_) assets = library_.with_geometry(geometry, parts = all_parts);
+    if (assets.empty()) {
+      tell_why_none(geometry, place, outcome);
+      return nullptr;
+    }
+    const auto is_among = [&](size_t asset) { return std::ranges::find(assets, asset) != assets.end(); };
+    if (by_path_ && !is_among(*by_path_))
+      outcome.add(IssueId::misnamed, ErrorCode::difference, place,
+                  "it has the geometry of " + name_of(assets[0]) + ", not of " + name_of(*by_path_));
+    if (!(loaded_ && loaded_->second == parts && is_among(loaded_->first)))
+      load(by_path_ && is_among(*by_path_) ? *by_path_ : assets[0], parts);
+    return loaded_mesh(geometry, place, outcome);
+  }
+
+ private:
+  std::string name_of(size_t asset) const { return shown(library_.assets()[asset].file.path); }
+
+  void tell_why_none(const GeometryHash& geometry, const std::string& place, Outcome& outcome) const {
+    if (!by_path_ && by_name_.empty())
+      return outcome.add(IssueId::orphaned, ErrorCode::difference, place,
+                         "no asset has its geometry hash " + hex(geometry) + ", or its name");
+    const std::vector<size_t> named = by_path_ ? std::vector<size_t>{*by_path_} : by_name_;
+    outcome.stale_against.insert(outcome.stale_against.end(), named.begin(), named.end());
+    std::string assets = name_of(named[0]);
+    if (named.size() > 1) assets += " and " + std::to_string(named.size() - 1) + " of the same name";
+    outcome.add(IssueId::stale, ErrorCode::stale, place, "it was made for " + assets + ", and no asset has its geometry hash " + hex(geometry));
+  }
+
+  void load(size_t asset, Parts parts) {
+    meshes_.clear();
+    loaded_ = {asset, parts};
+    fault_ = each_mesh(library_.assets()[asset].file.path.string(), parts == all_parts,
+                       [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
+                         if (mesh && wanted_.contains(mesh->geometry_hash)) meshes_.push_back(std::move(*mesh));
+                       });
+  }
+
+  const PreparedMesh* loaded_mesh(const GeometryHash& geometry, const std::string& place, Outcome& outcome) const {
+    const auto found = std::ranges::find(meshes_, geometry, &PreparedMesh::geometry_hash);
+    if (found != meshes_.end()) return &*found;
+    const std::string changed = name_of(loaded_->first) + ": was changed while the library was verified";
+    outcome.add(IssueId::mesh_unreadable, fault_ ? fault_->code : ErrorCode::runtime, place, fault_ ? fault_->message : changed);
+    return nullptr;
+  }
+
+  Library& library_;
+  bool all_as_opaque_;
+  std::optional<size_t> by_path_;
+  std::vector<size_t> by_name_;
+  std::set<GeometryHash> wanted_;
+  std::optional<std::pair<size_t, Parts>> loaded_;
+  std::vector<PreparedMesh> meshes_;
+  std::optional<Error> fault_;
+};
+
+// "a, b, c and 7 more"
+std::string listed(const std::vector<std::string>& names) {
+  constexpr size_t kMost = 10;
+  std::string text;
+  for (size_t i = 0; i < std::min(names.size(), kMost); ++i) text += (i ? ", " : "") + names[i];
+  if (names.size() > kMost) text += " and " + std::to_string(names.size() - kMost) + " more";
+  return text;
+}
+
+class Comparison {
+ public:
+  Comparison(const std::vector<Outcome>& sidecars, bool is_complete) : is_complete_(is_complete) {
+    for (const Outcome& sidecar : sidecars) {
+      seen_.insert(sidecar.geometries.begin(), sidecar.geometries.end());
+      for (const size_t asset : sidecar.stale_against) stale_[asset].insert(shown(sidecar.path));
+    }
+  }
+
+  Outcome outcome_of(size_t index, const Asset& asset) const {
+    Outcome outcome{.subject = Subject::asset, .path = asset.file.path};
+    const Reading& reading = asset.readings[opaque_parts];
+    outcome.details["meshes"] = Json::array();
+    if (!reading.done) {
+      outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted");
+      return outcome;
+    }
+    if (reading.fault && !other_way(asset)) add_unusable(outcome, "", *reading.fault, asset.file.path);
+    for (const auto& [mesh, error] : reading.unusable) add_unusable(outcome, mesh, error, asset.file.path);
+    std::vector<std::string> without;
+    for (const AssetMesh& mesh : reading.meshes) {
+      const bool has_sidecar = seen_.contains(mesh.geometry) || other_way(asset, mesh.source_index);
+      outcome.details["meshes"].push_back({{"source_index", mesh.source_index}, {"name", mesh.name},
+                                           {"geometry_hash", hex(mesh.geometry)}, {"has_sidecar", has_sidecar}});
+      if (!has_sidecar) without.push_back("mesh " + std::to_string(mesh.source_index) + " " + printable(mesh.name));
+    }
+    if (!without.empty()) add_missing(outcome, index, without, reading.meshes.size());
+    return outcome;
+  }
+
+ private:
+  // Whether a sidecar has the asset's meshes, or one of them, baked with all parts as opaque.
+  bool other_way(const Asset& asset, std::optional<uint32_t> source_index = {}) const {
+    return std::ranges::any_of(asset.readings[all_parts].meshes, [&](const AssetMesh& mesh) {
+      return seen_.contains(mesh.geometry) && (!source_index || *source_index == mesh.source_index);
+    });
+  }
+
+  // What breaks its format will never have a sidecar. Of what could not be read today nobody knows.
+  static void add_unusable(Outcome& outcome, const std::string& mesh, const Error& error, const std::filesystem::path& path) {
+    const bool is_unusable = error.code == ErrorCode::invalid_file || error.code == ErrorCode::unsupported;
+    outcome.add(is_unusable ? IssueId::unusable_asset : IssueId::unreadable_asset, error.code, mesh, reason(error, path));
+  }
+
+  void add_missing(Outcome& outcome, size_t asset, const std::vector<std::string>& without, size_t all) const {
+    if (!is_complete_) return outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted before all sidecars were looked at");
+    std::string text = "no sidecar has the geometry of " + listed(without);
+    if (all > 1) text += ", " + std::to_string(without.size()) + " of " + std::to_string(all) + " meshes";
+    if (const auto stale = stale_.find(asset); stale != stale_.end())
+      text += "; stale: " + listed({stale->second.begin(), stale->second.end()});
+    outcome.add(IssueId::missing, ErrorCode::difference, "", text);
+  }
+
+  bool is_complete_;
+  std::set<GeometryHash> seen_;
+  std::map<size_t, std::set<std::string>> stale_;
+};
+
+}  // namespace
+
+std::unique_ptr<MeshSource> against_library(Library& library, const FoundFile& file, const SidecarContents& sidecar) {
+  return std::make_unique<FromLibrary>(library, file, sidecar);
+}
+
+std::vector<Outcome> compare(const Library& library, const std::vector<Outcome>& sidecars, bool is_complete) {
+  const Comparison comparison(sidecars, is_complete);
+  std::vector<Outcome> outcomes;
+  for (size_t i = 0; i < library.assets().size(); ++i) outcomes.push_back(comparison.outcome_of(i, library.assets()[i]));
+  return outcomes;
+}
+
+}  // namespace vcd::verify

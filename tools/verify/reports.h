@@ -1,0 +1,27 @@
+// A run as text, JSON, SARIF and JUnit: four views of the same outcomes.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "run.h"
+
+namespace vcd::verify {
+
+// An outcome as it comes: what a person wants to see on standard output, faults on standard error.
+void print_outcome(const Outcome& outcome, bool quiet);
+
+// {"tool", "version", "totals", "files", and with a library "assets"}
+Json describe_run(const Run& run);
+
+// SARIF 2.1.0: one rule for every finding there is, a result for every issue. exit_code: of the program.
+std::string sarif(const Run& run, int exit_code);
+
+// JUnit XML, as Jenkins and GitLab read it: a test case for each sidecar and each input that failed, and one for each asset with an
+// issue. A case that could not be run is an error, one that found something a failure, an asset with warnings alone is skipped.
+std::string junit(const Run& run);
+
+// Why the file could not be written, if it could not.
+std::optional<Error> write_report(const std::string& path, const std::string& report);
+
+}  // namespace vcd::verify
