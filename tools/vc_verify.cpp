@@ -5,7 +5,7 @@
 
 #include "common/audit_report.h"
 #include "common/program.h"
-#include "library/paths.h"
+#include "common/paths.h"
 #include "verify/reports.h"
 
 namespace {

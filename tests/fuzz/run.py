@@ -190,7 +190,7 @@ def options_from(arguments):
         if name not in LARGEST:
             parser.error(f"no target {name}; there are {', '.join(LARGEST)}")
         if not (options.bin / ("fuzz_" + name)).exists():
-            parser.error(f"{options.bin}/fuzz_{name} is not built: cmake --preset fuzz && cmake --build --preset fuzz --target fuzzers")
+            parser.error(f"{options.bin}/fuzz_{name} is not built: cmake --preset asan && cmake --build --preset asan --target fuzzers")
     options.bake = options.bake.resolve()
     return options
 

@@ -13,7 +13,7 @@ function __vcd_files  # EXTENSION...: folders, and the files that end so, in any
 end
 )fish";
 
-std::string quoted(const std::string& text) {
+std::string in_quotes(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '\\' || c == '\'') out += '\\';
@@ -29,7 +29,7 @@ std::string choices(const ValueEntry& value) {
   if (!words.empty() && value.files != Files::none) words += ' ';
   if (value.files != Files::none && value.files != Files::any)
     words.append("(__vcd_files ").append(joined(extensions_of(value.files))).append(")");
-  return words.empty() ? words : " -a " + quoted(words);
+  return words.empty() ? words : " -a " + in_quotes(words);
 }
 
 void write_options(std::ostream& out, const std::string& begin, const std::vector<OptionEntry>& options) {
@@ -38,7 +38,7 @@ void write_options(std::ostream& out, const std::string& begin, const std::vecto
     for (const std::string& name : option.names)
       out << (name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1));
     if (option.takes_value) out << (option.value.files == Files::any ? " -r -F" : " -x") << choices(option.value);
-    out << " -d " << quoted(option.description) << '\n';
+    out << " -d " << in_quotes(option.description) << '\n';
   }
 }
 
@@ -59,9 +59,9 @@ std::string fish_completion(const CommandEntry& program) {
   std::vector<std::string> names;
   for (const CommandEntry& command : program.subcommands) names.push_back(command.name);
   for (const CommandEntry& command : program.subcommands) {
-    out << begin << " -n " << quoted("not __fish_seen_subcommand_from " + joined(names)) << " -a " << command.name << " -d "
-        << quoted(command.description) << '\n';
-    const std::string after = begin + " -n " + quoted("__fish_seen_subcommand_from " + command.name);
+    out << begin << " -n " << in_quotes("not __fish_seen_subcommand_from " + joined(names)) << " -a " << command.name << " -d "
+        << in_quotes(command.description) << '\n';
+    const std::string after = begin + " -n " + in_quotes("__fish_seen_subcommand_from " + command.name);
     write_options(out, after, command.options);
     write_positionals(out, after, command.positionals);
   }

@@ -16,7 +16,7 @@ std::string escaped(const std::string& text, const std::string& special) {
   return out;
 }
 
-std::string quoted(const std::string& text) {
+std::string in_quotes(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return "'" + out + "'";
@@ -52,7 +52,7 @@ void write_options(std::ostream& out, const std::string& indent, const std::vect
       if (option.takes_value) spec << (name.starts_with("--") ? '=' : '+');
       spec << '[' << escaped(option.description, "\\[]:") << ']';
       if (option.takes_value) spec << argument(option.value);
-      out << indent << quoted(spec.str()) << " \\\n";
+      out << indent << in_quotes(spec.str()) << " \\\n";
     }
   }
 }
@@ -61,14 +61,14 @@ void write_positionals(std::ostream& out, const std::string& indent, const std::
   int place = 0;
   for (const OptionEntry& positional : positionals) {
     ++place;
-    out << indent << quoted((positional.repeated ? "*" : std::to_string(place)) + argument(positional.value)) << " \\\n";
+    out << indent << in_quotes((positional.repeated ? "*" : std::to_string(place)) + argument(positional.value)) << " \\\n";
   }
 }
 
 void write_subcommands(std::ostream& out, const CommandEntry& program) {
   out << "  case $state in\n    command)\n      local -a commands=(\n";
   for (const CommandEntry& command : program.subcommands)
-    out << "        " << quoted(command.name + ":" + escaped(command.description, "\\:")) << '\n';
+    out << "        " << in_quotes(command.name + ":" + escaped(command.description, "\\:")) << '\n';
   out << "      )\n      _describe command commands && ret=0 ;;\n    argument)\n      case $words[1] in\n";
   for (const CommandEntry& command : program.subcommands) {
     out << "        " << command.name << ")\n          _arguments -S \\\n";

@@ -16,7 +16,7 @@ Standing standing_of(const Asset& asset) {
   if (!contents) return standing.reason = "its sidecar is damaged", standing;
   standing.reason = why_outdated(asset, *contents);
   if (!standing.up_to_date()) return standing;
-  for (const SourceFile& file : dependencies_of(*contents)) standing.dependencies.push_back(file.name);
+  for (SourceFile& source : dependencies_of(*contents)) standing.dependencies.push_back(std::move(source.name));
   standing.bytes = file->bytes().size();
   standing.objects = Json::array();
   for (const ObjectContents& object : contents->objects) standing.objects.push_back(describe_object(object));

@@ -6,7 +6,7 @@
 #include <vcd/baker/referee.h>
 
 #include "common/audit_report.h"
-#include "library/paths.h"
+#include "common/paths.h"
 #include "mesh_source.h"
 
 namespace vcd::verify {

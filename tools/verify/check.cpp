@@ -8,7 +8,7 @@
 #include "answers.h"
 #include "common/memory.h"
 #include "common/meshes.h"
-#include "library/paths.h"
+#include "common/paths.h"
 #include "mesh_facts.h"
 #include "mesh_source.h"
 #include "pairing.h"

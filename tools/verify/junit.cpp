@@ -3,7 +3,7 @@
 #include <pugixml.hpp>
 
 #include "common/program.h"
-#include "library/paths.h"
+#include "common/paths.h"
 #include "reports.h"
 
 namespace vcd::verify {

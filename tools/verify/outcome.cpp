@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "library/paths.h"
+#include "common/paths.h"
 
 namespace vcd::verify {
 

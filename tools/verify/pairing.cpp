@@ -4,7 +4,7 @@
 #include <set>
 
 #include "common/meshes.h"
-#include "library/paths.h"
+#include "common/paths.h"
 
 namespace vcd::verify {
 namespace {

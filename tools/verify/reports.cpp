@@ -5,7 +5,7 @@
 #include <vcd/format/atomic_file.h>
 
 #include "common/program.h"
-#include "library/paths.h"
+#include "common/paths.h"
 
 namespace vcd::verify {
 

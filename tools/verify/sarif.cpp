@@ -1,4 +1,4 @@
-#include "library/paths.h"
+#include "common/paths.h"
 #include "reports.h"
 #include "uri.h"
 
