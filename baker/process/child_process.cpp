@@ -157,7 +157,8 @@ ChildProcess::ChildProcess(pid_t pid, Descriptor words, const ChildLimits& limit
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
     : pid_(other.pid_), words_(std::move(other.words_)), limits_(other.limits_), deadline_(other.deadline_),
-      kept_(std::move(other.kept_)), status_(other.status_), ended_(std::exchange(other.ended_, true)), out_of_time_(other.out_of_time_) {}
+      kept_(std::move(other.kept_)), status_(other.status_), peak_memory_bytes_(other.peak_memory_bytes_),
+      ended_(std::exchange(other.ended_, true)), out_of_time_(other.out_of_time_) {}
 
 ChildProcess::~ChildProcess() { kill(); }
 
@@ -173,15 +174,19 @@ void ChildProcess::drain() {
   }
 }
 
-bool ChildProcess::reaped() {
-  const pid_t got = ::waitpid(pid_, &status_, WNOHANG);
+bool ChildProcess::reaped(int options) {
+  rusage usage{};
+  pid_t got;
+  while ((got = ::wait4(pid_, &status_, options, &usage)) < 0 && errno == EINTR) {
+  }
+  if (got == pid_) peak_memory_bytes_ = static_cast<uint64_t>(usage.ru_maxrss) * 1024;
   // ECHILD: the caller ignores SIGCHLD, so that the kernel reaps. Then only the result can tell how it ended.
   return got == pid_ || (got < 0 && errno == ECHILD);
 }
 
 bool ChildProcess::update() {
   if (ended_) return true;
-  if (reaped()) {
+  if (reaped(WNOHANG)) {
     drain();
     return ended_ = true;
   }
@@ -205,8 +210,7 @@ void ChildProcess::wait() {
 void ChildProcess::kill() {
   if (ended_) return;
   ::kill(pid_, SIGKILL);
-  while (::waitpid(pid_, &status_, 0) < 0 && errno == EINTR) {
-  }
+  reaped(0);
   ended_ = true;
   drain();
 }

@@ -119,6 +119,7 @@ class Batch {
       Record& record = record_of(grant);
       record.outcome = r->worker.outcome();
       record.seconds = r->worker.seconds();
+      record.peak_memory_bytes = r->worker.peak_memory_bytes();
       r = running_.erase(r);
       schedule_.ended(grant);
       if (!record.outcome.ok()) remove_stale_temporaries(asset_of(grant).output.parent_path());

@@ -28,6 +28,7 @@ Json record_json(const Asset& asset, const Record& record) {
   if (!record.old_sidecar.empty()) json["old_sidecar"] = record.old_sidecar;
   if (record.attempts > 0) {
     json["seconds"] = record.seconds;
+    json["peak_memory_bytes"] = record.peak_memory_bytes;
     json["threads"] = record.threads;
     json["attempts"] = record.attempts;
   }

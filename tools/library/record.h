@@ -20,6 +20,7 @@ struct Record {
   Cost cost;              // guessed
   Outcome outcome;        // its code, and what went wrong, or the report
   double seconds = 0;     // wall time of the last attempt
+  uint64_t peak_memory_bytes = 0;
   unsigned threads = 0;
   unsigned attempts = 0;
   std::string old_sidecar;  // failed, and an older sidecar lies there: of what

@@ -52,6 +52,7 @@ class Worker {
   double rays() const { return rays_; }
   double bake_seconds() const { return bake_seconds_; }
   double seconds() const;  // since its start
+  uint64_t peak_memory_bytes() const { return child_.peak_memory_bytes(); }  // after its end
 
  private:
   Worker(const Asset& asset, ChildProcess child, Descriptor messages);

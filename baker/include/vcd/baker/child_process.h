@@ -68,6 +68,7 @@ class ChildProcess {
   int exit_code() const;       // -1 if a signal ended it
   bool out_of_memory() const;  // as far as can be told
   bool out_of_time() const { return out_of_time_; }
+  uint64_t peak_memory_bytes() const { return peak_memory_bytes_; }  // resident, of it or of the largest of its own children
   // The last two lines that say something, ready to end a message: ": …"; empty if there are none.
   std::string last_words() const;
 
@@ -75,7 +76,7 @@ class ChildProcess {
   using Clock = std::chrono::steady_clock;
   ChildProcess(pid_t pid, Descriptor words, const ChildLimits& limits, Clock::time_point deadline);
   void drain();
-  bool reaped();
+  bool reaped(int options);
 
   pid_t pid_;
   Descriptor words_;
@@ -83,6 +84,7 @@ class ChildProcess {
   Clock::time_point deadline_;
   std::string kept_;
   int status_ = 0;
+  uint64_t peak_memory_bytes_ = 0;
   bool ended_ = false;
   bool out_of_time_ = false;
 };

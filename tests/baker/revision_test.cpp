@@ -1,0 +1,40 @@
+// What is up to date is decided by kBakeRevision: it must be raised whenever a bake gives other bytes.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+
+#include <vcd/baker/source.h>
+
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd {
+namespace {
+
+std::string hash_of_bakes() {
+  std::string bytes;
+  for (const Method method : {Method::sampled, Method::proven, Method::hybrid}) {
+    BakeOptions options;
+    options.method = method;
+    options.depth = 3;
+    options.samples = method == Method::sampled ? 16 : 0;
+    const BakedObject solid = test::must_bake(test::cube(), options), open = test::must_bake(test::leaves(40), options);
+    const auto file = test::sidecar_bytes({&solid, &open});
+    bytes.append(reinterpret_cast<const char*>(file.data()), file.size());
+  }
+  std::string digits;
+  for (const uint8_t byte : content_hash(bytes)) {
+    char two[3];
+    std::snprintf(two, sizeof two, "%02x", byte);
+    digits += two;
+  }
+  return digits;
+}
+
+TEST(Revision, OtherBytesAreAnotherRevision) {
+  ASSERT_EQ(kBakeRevision, 1u) << "a new revision: put its number and hash here";
+  EXPECT_EQ(hash_of_bakes(), "?") << "bakes give other bytes than revision 1: raise kBakeRevision";
+}
+
+}  // namespace
+}  // namespace vcd
