@@ -171,6 +171,25 @@ TEST(Bundle, TakesAnyFloats) {
   }
 }
 
+TEST(Bundle, OfSegmentsTooShortToBeLookedUpIsClearBesideTheBoxAndOpenInIt) {
+  const BakedObject baked = must_bake(sphere(), quick(2));
+  const auto bytes = sidecar_bytes({&baked});
+  const std::vector<float> samples(20, 0.5f);
+  for (const std::string& kernel : kernels()) {
+    OpenOptions options;
+    options.kernel = kernel;
+    const auto sidecar = Sidecar::open_buffer(bytes, options);
+    for (const float x : {0.0f, 3.0f}) {
+      const QuadBundle bundle{{x, 0, 0}, {x, 0, 0}, {}, {}, samples, samples};
+      std::vector<uint64_t> blocked(1), open(1);
+      sidecar->object(0).classify(bundle, blocked, open);
+      const bool together = x > 1 && kernel != "scalar";  // which looks up each by itself
+      EXPECT_EQ(blocked[0], 0u) << kernel;
+      EXPECT_EQ(open[0], together ? 0u : (1u << 20) - 1) << kernel;
+    }
+  }
+}
+
 TEST(Bundle, DoesNotAllocate) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});

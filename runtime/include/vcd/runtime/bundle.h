@@ -2,7 +2,8 @@
 //
 // A bundle is decided as a whole where it can be: if all cells of the tree that its lines pass through agree, no line is
 // looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/design.md, "Bundles").
-// What is decided so is what single look-ups would say.
+// What is decided so is what single look-ups would say, or more where these say nothing: within rounding of a cell's border,
+// and of segments too short to be looked up, which are clear where the whole bundle misses the box.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +14,8 @@
 namespace vcd {
 
 // Sample i is corner + u[i] · edge_u + v[i] · edge_v, in the object's frame; its segment runs from origin to it, both ends
-// excluded. u and v are of one size. Neighbours in the arrays should be neighbours on the light, sixteen at a time.
+// excluded. u and v are of one size and finite (a sample that is not may get any answer). Neighbours in the arrays should be
+// neighbours on the light, sixteen at a time.
 // Promises hold for every segment from the origin to a point within 2^-15 of the box's extents of the sample.
 struct QuadBundle {
   float origin[3];

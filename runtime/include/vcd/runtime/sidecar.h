@@ -90,7 +90,7 @@ struct OpenOptions {
 };
 
 // The kernels that this processor can run, fastest first: "AVX3" (AVX-512), "AVX2", "SSE4" or "NEON", and last
-// "scalar". All give the same answers.
+// "scalar". All give the same answers, but that "scalar" decides no bundle as a whole.
 std::vector<std::string> kernels();
 
 class Sidecar {
