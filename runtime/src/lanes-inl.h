@@ -93,7 +93,7 @@ HWY_INLINE Words row_major_of(Words stuv) {
   return hn::And(hn::Or(pairs, hn::ShiftRight<16 - 2 * kBits>(pairs)), all((1u << 4 * kBits) - 1));
 }
 
-#ifdef __SANITIZE_ADDRESS__
+#if HWY_IS_ASAN
 #define VCD_LOCATE_INLINE HWY_NOINLINE  // forty-eight copies with checks would compile for minutes
 #else
 #define VCD_LOCATE_INLINE HWY_INLINE

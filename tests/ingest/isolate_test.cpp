@@ -14,6 +14,7 @@
 
 #include "ingest/wire.h"
 #include "mesh_files.h"
+#include "support/files.h"
 
 namespace vcd {
 namespace {
@@ -127,9 +128,7 @@ TEST(Isolate, AHangIsKilledInTime) {
 }
 
 TEST(Isolate, AMemoryFloodIsStopped) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "no limit on address space under sanitizers";
-#endif
+  if (test::kSanitized) GTEST_SKIP() << "no limit on address space under sanitizers";
   const auto flood = []() -> Result<Ingested> {
     std::vector<std::vector<char>> hoard;
     for (int i = 0; i < 1024; ++i) hoard.emplace_back(size_t{1} << 20, char{1});
