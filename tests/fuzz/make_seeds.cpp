@@ -1,10 +1,13 @@
-// make_fuzz_seeds FOLDER: the seeds that need encoders, Draco streams and glTF files with compressed parts. See make_seeds.py.
+// make_fuzz_seeds FOLDER: the seeds that need encoders: Draco streams, glTF files with compressed parts, and what child
+// processes hand back. See make_seeds.py.
 #include <cstdio>
 
 #include <meshoptimizer.h>
 
+#include "fuzz/memory_file.h"
 #include "ingest/draco_encode.h"
 #include "ingest/gltf_builder.h"
+#include "ingest/wire.h"
 #include "support/meshes.h"
 
 namespace vcd::test {
@@ -77,6 +80,18 @@ GltfBuilder meshopt_in_gltf() {
   return builder;
 }
 
+std::string on_the_wire(const Result<Ingested>& result) {
+  const fuzz::MemoryFile file("result");
+  fuzz::require(write_result(file.descriptor(), result), "a result can be written");
+  return file.content();
+}
+
+Ingested two_meshes() {
+  Ingested ingested{{triangle(), cube()}, {"a note"}, {}};
+  ingested.placements = {{.mesh = 1}, {.mesh = 0, .transform = {0, 1, 0, 4, -1, 0, 0, 5, 0, 0, 2, 6}}};
+  return ingested;
+}
+
 }  // namespace
 }  // namespace vcd::test
 
@@ -87,5 +102,7 @@ int main(int argc, char** argv) {
   write_streams(folder / "drc");
   write(folder / "gltf" / "draco", draco_in_gltf().glb());
   write(folder / "gltf" / "meshopt", meshopt_in_gltf().glb());
+  write(folder / "wire" / "meshes", on_the_wire(two_meshes()));
+  write(folder / "wire" / "error", on_the_wire(vcd::Error{vcd::ErrorCode::io, "a message"}));
   return 0;
 }

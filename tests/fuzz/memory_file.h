@@ -28,11 +28,18 @@ class MemoryFile {
     ::close(file_);
   }
 
+  // Leaves the descriptor at the file's start.
   void fill(const uint8_t* data, size_t size) const {
-    require(::ftruncate(file_, 0) == 0 && ::pwrite(file_, data, size, 0) == static_cast<ssize_t>(size),
+    require(::ftruncate(file_, 0) == 0 && ::pwrite(file_, data, size, 0) == static_cast<ssize_t>(size) && ::lseek(file_, 0, SEEK_SET) == 0,
             "the system writes to a memory file");
   }
+  std::string content() const {
+    std::string bytes(static_cast<size_t>(::lseek(file_, 0, SEEK_END)), '\0');
+    require(::pread(file_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()), "the system reads a memory file");
+    return bytes;
+  }
   const std::filesystem::path& path() const { return path_; }
+  int descriptor() const { return file_; }
 
  private:
   int file_;
