@@ -133,15 +133,16 @@ class Library(Case):
 
     def test_a_stale_sidecar_is_known_by_its_path_or_by_its_source(self):
         (self.lib / "stale.obj").write_text(tetrahedron(77))
-        (self.lib / "sub/far.obj").write_text(tetrahedron(76))
+        (self.lib / "sub/far.obj").unlink()
+        (self.lib / "sub/near.obj").write_text(tetrahedron(76))
         (self.folder / "mirror/sub").mkdir(parents=True)
-        (self.lib / "sub/far.obj.vcd").rename(self.folder / "mirror/sub/far.obj.vcd")
+        (self.lib / "sub/far.obj.vcd").rename(self.folder / "mirror/sub/near.obj.vcd")
         (self.lib / "stale.obj.vcd").rename(self.folder / "mirror/renamed.vcd")
         report = self.report("--allow", "missing", inputs=[self.folder / "mirror"], code=9)
         self.assertEqual(report["totals"]["stale"], 2)
         details = " ".join(f["detail"] for e in report["files"] for f in e["findings"])
         self.assertIn("lib/stale.obj", details)
-        self.assertIn("lib/sub/far.obj", details)
+        self.assertIn("lib/sub/near.obj", details)
 
     def test_exchanged_sidecars_are_told(self):
         one, two = self.lib / "tetra.obj.vcd", self.lib / "renamed.obj.vcd"
