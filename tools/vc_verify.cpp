@@ -25,7 +25,8 @@ int list_findings(const Options& options) {
   Json json = Json::array();
   for (const FindingInfo* info : verify::every_finding()) {
     const char* severity = info->severity == Severity::error ? "error" : "warning";
-    json.push_back({{"id", info->id}, {"severity", severity}, {"message", info->message}, {"spec_section", info->spec_section}});
+    json.push_back({{"id", info->id}, {"severity", severity}, {"message", info->message},
+                    {"spec_section", info->spec_section}});
     if (options.common.format == OutputFormat::json) continue;
     const std::string section = *info->spec_section ? std::string(" [") + info->spec_section + "]" : "";
     std::printf("%-24s %-8s %s%s\n", info->id, severity, info->message, section.c_str());
@@ -39,7 +40,8 @@ std::string fault_of_report(const std::string& path, const Options& options) {
   std::error_code ignored;
   const fs::path place = verify::place_of(path);
   for (const auto& extensions : {kSidecarExtensions, kMeshExtensions})
-    if (std::ranges::find(extensions, place.extension().string()) != extensions.end()) return "a report is not a sidecar or a mesh";
+    if (std::ranges::find(extensions, place.extension().string()) != extensions.end())
+      return "a report is not a sidecar or a mesh";
   for (const std::string& input : options.run.inputs)
     if (fs::equivalent(input, path, ignored)) return "is an input, and would be replaced by a report";
   if (!fs::is_directory(place.parent_path(), ignored)) return "its folder does not exist";
@@ -49,7 +51,8 @@ std::string fault_of_report(const std::string& path, const Options& options) {
 std::string fault_of(Options& options) {
   if (options.run.inputs.empty()) return "no sidecar given; try --help";
   Segment segment;
-  if (!options.segment.empty() && !parse_segment(options.segment, segment)) return options.segment + ": not eight numbers with commas";
+  if (!options.segment.empty() && !parse_segment(options.segment, segment))
+    return options.segment + ": not eight numbers with commas";
   if (!options.segment.empty()) options.run.check.segment = segment;
   for (const std::string& report : {options.sarif, options.junit})
     if (const std::string fault = report.empty() ? "" : fault_of_report(report, options); !fault.empty()) return shown(report) + ": " + fault;
@@ -94,7 +97,8 @@ int run(Options& options) {
 
 void add_options(CLI::App& app, Options& options) {
   verify::CheckOptions& check = options.run.check;
-  app.add_option("files", options.run.inputs, "Sidecars, folders with sidecars anywhere below, patterns (* ? [ ] **); @FILE: a list of them")
+  app.add_option("files", options.run.inputs,
+                 "Sidecars, folders with sidecars anywhere below, patterns (* ? [ ] **); @FILE: a list of them")
       ->type_name("SIDECAR...");
   auto* const against = app.add_option("--against", check.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
   app.add_option("--against-library", options.run.against_libraries,
@@ -117,7 +121,8 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--seed", check.audit.seed, "Seed of the fresh lines (default: 1)");
   app.add_option("--keep", check.audit.keep, "Contradictions to list for each object, at most; all are counted (default: 10)");
   app.add_option("--max-wrong", check.max_wrong,
-                 "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: 0.001).\nA wrong proven answer is never accepted")
+                 "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: 0.001).\n"
+                 "A wrong proven answer is never accepted")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
   app.add_option("--sarif", options.sarif, "Write a SARIF 2.1.0 report, too")->type_name("PATH");

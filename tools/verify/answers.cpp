@@ -48,7 +48,8 @@ void list_contradictions(const AuditReport& report, uint64_t seen, Outcome& outc
 
 void audit_object(const Answering& answering, const PreparedMesh& mesh, const std::string& place, const CheckOptions& options,
                   Outcome& outcome, Json& json) {
-  const AuditReport report = audit(mesh, interruptible(answering.all, options), interruptible(answering.proven, options), options.audit);
+  const AuditReport report = audit(mesh, interruptible(answering.all, options), interruptible(answering.proven, options),
+                                   options.audit);
   const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
   const uint64_t wrong_proven = undirected.wrong_proven + aimed.wrong_proven;
   const double rate = static_cast<double>(undirected.all_wrong()) / static_cast<double>(std::max<uint64_t>(undirected.segments, 1));
@@ -58,14 +59,16 @@ void audit_object(const Answering& answering, const PreparedMesh& mesh, const st
   outcome.text += shown(outcome.path) + ": " + place + "\n" + audit_summary(report);
   list_contradictions(report, undirected.all_wrong() + aimed.all_wrong(), outcome, json);
   if (wrong_proven > 0)
-    return outcome.add(IssueId::wrong_proven_answer, ErrorCode::difference, place, std::to_string(wrong_proven) + " of its proven answers are wrong");
+    return outcome.add(IssueId::wrong_proven_answer, ErrorCode::difference, place,
+                       std::to_string(wrong_proven) + " of its proven answers are wrong");
   if (rate <= allowed) return;
   char message[160];
   std::snprintf(message, sizeof message, "%.3g of its answers are wrong, %.3g are allowed for its method", rate, allowed);
   outcome.add(IssueId::wrong_answer_rate, ErrorCode::difference, place, message);
 }
 
-void replay(const Object& object, const PreparedMesh& mesh, const std::string& place, const Segment& segment, Outcome& outcome, Json& json) {
+void replay(const Object& object, const PreparedMesh& mesh, const std::string& place, const Segment& segment,
+            Outcome& outcome, Json& json) {
   const Visibility answer = object.classify(segment);
   const bool blocked = Referee(mesh).occluded(segment);
   const char* const words[] = {"clear", "blocked", "unclassified"};

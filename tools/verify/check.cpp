@@ -39,7 +39,8 @@ void check_object(const ObjectContents& object, const std::string& place, const 
     if (!own) return;
   } else if (!source) {  // no geometry at hand is fine: then the structure is all there is
     if (options.segment || options.max_wrong >= 0)
-      outcome.add(IssueId::no_geometry, ErrorCode::usage, place, "no geometry is embedded; --segment and --max-wrong need --against MESH");
+      outcome.add(IssueId::no_geometry, ErrorCode::usage, place,
+                  "no geometry is embedded; --segment and --max-wrong need --against MESH");
     return;
   }
   const PreparedMesh* mesh = source ? source->mesh_of(object, place, outcome) : &*own;
@@ -48,7 +49,8 @@ void check_object(const ObjectContents& object, const std::string& place, const 
   check_answers(answering, *mesh, place, options, outcome, json);
 }
 
-void check_objects(const FoundFile& file, Bytes bytes, const SidecarContents& contents, const CheckOptions& options, Outcome& outcome) {
+void check_objects(const FoundFile& file, Bytes bytes, const SidecarContents& contents, const CheckOptions& options,
+                   Outcome& outcome) {
   const auto all = Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds});
   const auto proven = Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds, .proven_only = true});
   if (!all || !proven) return outcome.add(IssueId::unreadable, ErrorCode::runtime, "", "out of memory");
@@ -58,7 +60,8 @@ void check_objects(const FoundFile& file, Bytes bytes, const SidecarContents& co
     outcome.geometries.push_back(object.record->geometry_hash);
     Json& json = outcome.details["objects"][i];
     json["name"] = object.name;
-    check_object(object, "object " + std::to_string(i) + " " + printable(object.name), {all->object(i), proven->object(i)}, source.get(), options, outcome, json);
+    const std::string place = "object " + std::to_string(i) + " " + printable(object.name);
+    check_object(object, place, {all->object(i), proven->object(i)}, source.get(), options, outcome, json);
     if (options.stop()) throw Interrupted{};
   }
 }

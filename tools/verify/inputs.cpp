@@ -21,13 +21,15 @@ fs::path place_of(const fs::path& path) {
   return fs::weakly_canonical(folder, error) / path.filename();
 }
 
-std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions, const std::string& kind) {
+std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions,
+                               const std::string& kind) {
   std::vector<Input> inputs;
   std::set<fs::path> places;
   for (const std::string& name : names) {
     Found found = find_files({name}, extensions);
     for (const Error& error : found.errors) inputs.push_back(fault(name, error.code, reason(error, name)));
-    if (found.files.empty() && found.errors.empty()) inputs.push_back(fault(name, ErrorCode::io, "there is no " + kind + " in it"));
+    if (found.files.empty() && found.errors.empty())
+      inputs.push_back(fault(name, ErrorCode::io, "there is no " + kind + " in it"));
     for (FoundFile& file : found.files)
       if (places.insert(place_of(file.path)).second) inputs.push_back({std::move(file), std::nullopt});
   }

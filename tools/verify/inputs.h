@@ -18,7 +18,8 @@ struct Input {
 
 // In the order of the names; each file once. kind: "sidecar" or "mesh", for messages. A name without any file of its kind is a
 // fault, never nothing.
-std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions, const std::string& kind);
+std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions,
+                               const std::string& kind);
 
 // Where a file is, whatever way led there; a link as the last component is not followed.
 std::filesystem::path place_of(const std::filesystem::path& path);

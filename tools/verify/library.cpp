@@ -15,10 +15,11 @@ namespace fs = std::filesystem;
 
 Reading ingest_hashes(const fs::path& path, Parts parts) try {
   Reading reading{.done = true};
-  reading.fault = each_mesh(path.string(), parts == all_parts, [&](const std::string& name, uint32_t index, Result<PreparedMesh>&& mesh) {
+  const TakeMesh take = [&](const std::string& name, uint32_t index, Result<PreparedMesh>&& mesh) {
     if (mesh) return reading.meshes.push_back({index, name, mesh->geometry_hash});
     reading.unusable.emplace_back("mesh " + std::to_string(index) + " " + printable(name), mesh.error());
-  });
+  };
+  reading.fault = each_mesh(path.string(), parts == all_parts, take);
   return reading;
 } catch (const std::bad_alloc&) {
   return {.done = true, .fault = Error{ErrorCode::runtime, "out of memory"}};

@@ -47,7 +47,8 @@ class FromLibrary : public MeshSource {
     outcome.stale_against.insert(outcome.stale_against.end(), named.begin(), named.end());
     std::string assets = name_of(named[0]);
     if (named.size() > 1) assets += " and " + std::to_string(named.size() - 1) + " of the same name";
-    outcome.add(IssueId::stale, ErrorCode::stale, place, "it was made for " + assets + ", and no asset has its geometry hash " + hex(geometry));
+    outcome.add(IssueId::stale, ErrorCode::stale, place,
+                "it was made for " + assets + ", and no asset has its geometry hash " + hex(geometry));
   }
 
   void load(size_t asset, Parts parts) {
@@ -131,7 +132,8 @@ class Comparison {
   }
 
   void add_missing(Outcome& outcome, size_t asset, const std::vector<std::string>& without, size_t all) const {
-    if (!is_complete_) return outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted before all sidecars were looked at");
+    if (!is_complete_)
+      return outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted before all sidecars were looked at");
     std::string text = "no sidecar has the geometry of " + listed(without);
     if (all > 1) text += ", " + std::to_string(without.size()) + " of " + std::to_string(all) + " meshes";
     if (const auto stale = stale_.find(asset); stale != stale_.end())

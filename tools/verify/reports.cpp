@@ -22,7 +22,8 @@ void print_outcome(const Outcome& outcome, bool quiet) {
 
 Json describe_run(const Run& run) {
   Json files = Json::array(), assets = Json::array();
-  for (const Outcome& outcome : run.outcomes) (outcome.subject == Subject::asset ? assets : files).push_back(describe_outcome(outcome));
+  for (const Outcome& outcome : run.outcomes)
+    (outcome.subject == Subject::asset ? assets : files).push_back(describe_outcome(outcome));
   Json json{{"tool", "vc-verify"}, {"version", VCD_VERSION}, {"totals", describe_totals(run.totals)}, {"files", files}};
   if (run.totals.has_library) json["assets"] = assets;
   return json;

@@ -23,7 +23,8 @@ void in_order(size_t count, const std::function<void(size_t)>& make, const std::
     if (next == count) flow.stop();
     return next == count ? count : next++;
   });
-  // Isolated, so that a thread that waits within one file does not take up another: as many files are in memory as there are threads.
+  // Isolated, so that a thread that waits within one file does not take up another: no more files are in memory than
+  // there are threads.
   const auto work = tbb::make_filter<size_t, size_t>(Mode::parallel, [&](size_t i) {
     tbb::this_task_arena::isolate([&] { make(i); });
     return i;
@@ -34,7 +35,8 @@ void in_order(size_t count, const std::function<void(size_t)>& make, const std::
 
 class Runner {
  public:
-  Runner(const RunOptions& options, const std::function<void(Outcome&)>& tell) : options_(options), check_(options.check), tell_(tell) {}
+  Runner(const RunOptions& options, const std::function<void(Outcome&)>& tell)
+      : options_(options), check_(options.check), tell_(tell) {}
 
   Run go() {
     std::vector<Outcome> faults;
@@ -64,7 +66,8 @@ class Runner {
     std::vector<Input> inputs = find_inputs(options_.inputs, kSidecarExtensions, "sidecar");
     std::vector<Outcome> made(inputs.size());
     in_order(
-        inputs.size(), [&](size_t i) { made[i] = inputs[i].fault ? std::move(*inputs[i].fault) : check_sidecar(inputs[i].file, check_); },
+        inputs.size(),
+        [&](size_t i) { made[i] = inputs[i].fault ? std::move(*inputs[i].fault) : check_sidecar(inputs[i].file, check_); },
         [&](size_t i) { add(std::move(made[i])); });
   }
 

@@ -39,7 +39,8 @@ void Totals::add(const Outcome& outcome) {
 
 Json describe_totals(const Totals& t) {
   Json json{{"sidecars", t.sidecars}, {"ok", t.ok}, {"failed", t.failed}, {"not_verified", t.not_verified}, {"stale", t.stale},
-            {"orphaned", t.orphaned}, {"inputs_failed", t.inputs_failed}, {"warnings", t.warnings}, {"failed_by_finding", t.failed_by_finding},
+            {"orphaned", t.orphaned}, {"inputs_failed", t.inputs_failed}, {"warnings", t.warnings},
+            {"failed_by_finding", t.failed_by_finding},
             {"contradictions_seen", t.contradictions_seen}, {"contradictions_listed", t.contradictions_listed}};
   if (t.has_library)
     json.update({{"assets", t.assets}, {"missing", t.missing}, {"unusable", t.unusable}, {"unreadable", t.unreadable},
@@ -49,8 +50,10 @@ Json describe_totals(const Totals& t) {
 
 std::string summary(const Totals& t) {
   std::string by_finding;
-  for (const auto& [id, files] : t.failed_by_finding) by_finding += (by_finding.empty() ? "" : ", ") + id + " " + std::to_string(files);
-  std::string text = counted(t.sidecars, t.sidecars == 1 ? "sidecar: " : "sidecars: ") + counted(t.ok, "ok") + and_counted(t.failed, "failed") +
+  for (const auto& [id, files] : t.failed_by_finding)
+    by_finding += (by_finding.empty() ? "" : ", ") + id + " " + std::to_string(files);
+  std::string text = counted(t.sidecars, t.sidecars == 1 ? "sidecar: " : "sidecars: ") + counted(t.ok, "ok") +
+                     and_counted(t.failed, "failed") +
                      and_counted(t.not_verified, "not verified") + and_counted(t.stale, "stale") + and_counted(t.orphaned, "orphaned") +
                      and_counted(t.inputs_failed, "inputs failed") + and_counted(t.warnings, "warnings") +
                      and_counted(t.contradictions_seen, "wrong answers");
@@ -58,7 +61,8 @@ std::string summary(const Totals& t) {
   if (!by_finding.empty()) text += "; files by error: " + by_finding;
   text += "\n";
   if (!t.has_library) return text;
-  return text + counted(t.assets, t.assets == 1 ? "asset: " : "assets: ") + counted(t.missing, "missing") + and_counted(t.unusable, "unusable") +
+  return text + counted(t.assets, t.assets == 1 ? "asset: " : "assets: ") + counted(t.missing, "missing") +
+         and_counted(t.unusable, "unusable") +
          and_counted(t.unreadable, "unreadable") + and_counted(t.assets_not_verified, "not verified") + "\n";
 }
 
