@@ -29,6 +29,7 @@ Record look_at_one(const Asset& asset, const BatchOptions& options) {
   if (standing.up_to_date()) {
     record.fate = Fate::up_to_date;
     record.outcome.report = {{"bytes", standing.bytes}, {"objects", standing.objects}};
+    record.pack();
     record.outcome.sources = std::move(standing.dependencies);
   } else if (!options.failed_before.empty()) {
     const auto known = options.failed_before.find(failure_key(asset));
@@ -122,7 +123,8 @@ class Batch {
       record.peak_memory_bytes = r->worker.peak_memory_bytes();
       r = running_.erase(r);
       schedule_.ended(grant);
-      if (!record.outcome.ok()) remove_stale_temporaries(asset_of(grant).output.parent_path());
+      const std::string& kind = record.outcome.kind;
+      if (kind == "crash" || kind == "time" || kind == "memory") remove_stale_temporaries(asset_of(grant).output.parent_path());
       if (is_to_run_again(grant, record)) continue;
       finish(grant, record.outcome.ok() ? Fate::baked : Fate::failed);
       if (options_.fail_fast && !record.outcome.ok()) return false;
@@ -149,6 +151,7 @@ class Batch {
     if (fate == Fate::failed && record.outcome.kind != "io") event["key"] = failure_key(asset);
     events_.say(std::move(event));
     listener_.ended(asset, record);
+    record.pack();
   }
 
   void stop_all(const std::string& why) {

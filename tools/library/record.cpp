@@ -32,9 +32,19 @@ Json record_json(const Asset& asset, const Record& record) {
     json["threads"] = record.threads;
     json["attempts"] = record.attempts;
   }
-  for (const auto& [key, value] : record.outcome.report.items())
+  const Json report = record.packed_report.empty() ? record.outcome.report : Json::parse(record.packed_report);
+  for (const auto& [key, value] : report.items())
     if (!json.contains(key)) json[key] = value;
   return json;
+}
+
+void Record::pack() {
+  if (!outcome.report.is_object()) return;
+  bytes = outcome.report.value("bytes", uint64_t{0});
+  for (const Json& object : outcome.report.value("objects", Json::array())) objects_reused += object.value("reused", false);
+  packed_report = outcome.report.dump(-1, ' ', false, Json::error_handler_t::replace);
+  outcome.report = nullptr;
+  outcome.summary.clear();
 }
 
 Totals& Totals::operator+=(const Totals& o) {
@@ -51,10 +61,8 @@ Totals totals_of(const std::vector<Record>& records) {
     totals.failed += record.fate == Fate::failed;
     totals.failed_before += record.fate == Fate::failed_before;
     totals.not_run += record.fate == Fate::not_run || record.fate == Fate::waiting;
-    const Json& report = record.outcome.report;
-    if (!record.ok() || !report.is_object()) continue;
-    totals.bytes += report.value("bytes", uint64_t{0});
-    for (const Json& object : report.value("objects", Json::array())) totals.objects_reused += object.value("reused", false);
+    totals.bytes += record.bytes;
+    totals.objects_reused += record.objects_reused;
   }
   return totals;
 }

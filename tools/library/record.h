@@ -24,7 +24,12 @@ struct Record {
   unsigned threads = 0;
   unsigned attempts = 0;
   std::string old_sidecar;  // failed, and an older sidecar lies there: of what
+  uint64_t bytes = 0;       // of the sidecar
+  size_t objects_reused = 0;
+  std::string packed_report;
 
+  // The report as text: of a hundred thousand assets, JSON in memory would take gigabytes.
+  void pack();
   bool ok() const { return fate == Fate::baked || fate == Fate::up_to_date; }
 };
 

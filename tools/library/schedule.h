@@ -23,6 +23,8 @@ class Schedule {
  public:
   // threads >= 1. A job that is guessed to need more memory than there is gets all of it, alone.
   Schedule(std::vector<Cost> costs, unsigned threads, uint64_t memory_bytes);
+  Schedule(const Schedule&) = delete;
+  Schedule& operator=(const Schedule&) = delete;
 
   // The job to start now; nothing if none waits, or until another has ended.
   std::optional<Grant> next();
