@@ -194,8 +194,8 @@ void add_run_options(CLI::App& app, Options& options) {
                "Leave alone what is up to date: sidecars of the same content, settings and baker. Times of files do not count");
   app.add_flag("--resume", options.resume,
                "Go on with a run that was killed: --update, and what failed according to its --events is not tried again");
-  CLI::Option* const keep_going = app.add_flag("--keep-going", options.keep_going, "Bake the others when an asset fails (default)");
-  app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails")->excludes(keep_going);
+  app.add_flag("--keep-going", options.keep_going, "Bake the others when an asset fails (default)");
+  app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails");
   app.add_flag("--dry-run", options.dry_run, "Only say what would be baked, and why");
   app.add_flag("--prune", options.prune,
                "Remove sidecars without an asset: below -o or the manifest's output, else below the folders that are inputs");
@@ -225,6 +225,10 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     if (options.request.inputs.empty() && options.request.manifests.empty()) {
       print_error("no mesh given; try --help");
+      return exit_code(ErrorCode::usage);
+    }
+    if (options.keep_going && options.fail_fast) {
+      print_error("--keep-going and --fail-fast exclude each other");
       return exit_code(ErrorCode::usage);
     }
     return options.plan_only ? run_plan(options) : run(options);

@@ -74,7 +74,7 @@ class ManPages(unittest.TestCase):
             self.skipTest("neither mandoc nor groff nor man is installed")
         for command in there:
             done = run(*command, *(MAN / f"{program}.1" for program in PROGRAMS))
-            complaints = [line for line in (done.stdout + done.stderr).splitlines() if command[0] != "man" or "warning" in line]
+            complaints = [line for line in (done.stdout + done.stderr).splitlines() if command[0] != "man" or re.search(r":\d+: warning", line)]
             # A date would change from build to build.
             self.assertEqual([line for line in complaints if "missing date" not in line], [], command[0])
 

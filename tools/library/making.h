@@ -15,6 +15,7 @@
 namespace vcd {
 
 std::string baker_text();  // program, version, kBakeRevision
+std::string settings_text(const BakeSettings& settings);
 
 // `sources`: the files that were read, the mesh file first.
 std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources);

@@ -78,7 +78,7 @@ std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSetti
 }
 
 std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh, const BakeSettings& settings) {
-  return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings.members().dump()}}, mesh);
+  return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings_text(settings)}}, mesh);
 }
 
 }  // namespace vcd
