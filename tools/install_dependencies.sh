@@ -8,7 +8,7 @@ packages=(
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libgtest-dev
   libpugixml-dev
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
-  zstd python3 mandoc slurm-wlm munge clang libclang-rt-14-dev
+  zstd python3 mandoc slurm-wlm munge clang libclang-rt-14-dev llvm
 )
 missing=()
 for package in "${packages[@]}"; do

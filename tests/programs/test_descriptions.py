@@ -49,7 +49,7 @@ class ManPages(unittest.TestCase):
             page = " ".join(plain(self.page(program)).split())
             for command in commands_of(program):
                 # "  --name TYPE in [LOW - HIGH] ...", a gap or a line end, and the description, in lines.
-                texts = re.findall(r"^  -\S+(?: (?! )\S+(?: in \[\S+ - \S+\])?(?: \.\.\.)?(?: REQUIRED)?)?\s+(\S.*?)(?=\n  \S|\n\n|\Z)",
+                texts = re.findall(r"^  -\S+(?: (?! )\S+(?: in \[\S+ - \S+\])?(?: \.\.\.)?(?: REQUIRED)?(?: Excludes: \S+)?)?\s+(\S.*?)(?=\n  \S|\n\n|\Z)",
                                    help_of(program, command), re.M | re.S)
                 self.assertEqual(len(texts), len(options_of(program, command)))
                 for text in texts:
