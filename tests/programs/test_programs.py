@@ -16,7 +16,7 @@ BIN = pathlib.Path(os.environ["VCD_BIN"])
 GOLDEN = pathlib.Path(__file__).resolve().parents[1] / "golden"
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-SMALL = ("--depth", "3", "--samples", "16")
+SMALL = ("--depth", "3", "--samples", "16", "--audit", "9000")
 
 
 class Case(unittest.TestCase):
@@ -41,7 +41,8 @@ class Case(unittest.TestCase):
     def baked(self, *options, name="tetrahedron.obj", text=TETRAHEDRON):
         mesh = self.mesh(name, text)
         depth = () if "--depth" in options else ("--depth", "3")
-        self.run_program("vc-bake", mesh, "-q", "--samples", "16", *depth, *options)
+        audit = () if "--audit" in options else ("--audit", "9000")
+        self.run_program("vc-bake", mesh, "-q", "--samples", "16", *depth, *audit, *options)
         return mesh, mesh.with_name(mesh.name + ".vcd")
 
     def files(self):
@@ -265,7 +266,7 @@ class Info(Case):
         self.assertEqual(*hashes)
         baked_ship = self.folder / "direct.vcd"
         self.run_program("vc-bake", self.folder / "soup.obj", "-q", "--depth", 5, "--samples", 16, "--embed-geometry",
-                         "--storage", "ship", "-o", baked_ship)
+                         "--audit", 9000, "--storage", "ship", "-o", baked_ship)
         self.assertEqual(baked_ship.read_bytes(), ship.read_bytes())
 
 
