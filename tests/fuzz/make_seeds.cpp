@@ -87,7 +87,7 @@ std::string on_the_wire(const Result<Ingested>& result) {
 }
 
 Ingested two_meshes() {
-  Ingested ingested{{triangle(), cube()}, {"a note"}, {}};
+  Ingested ingested{{triangle(), cube()}, {"a note"}, {}, {{"two.gltf", {1}}, {"two.bin", {2}}}};
   ingested.placements = {{.mesh = 1}, {.mesh = 0, .transform = {0, 1, 0, 4, -1, 0, 0, 5, 0, 0, 2, 6}}};
   return ingested;
 }
