@@ -41,7 +41,8 @@ unsigned processors() {
 BatchOptions batch_options(const Options& options) {
   BatchOptions batch;
   batch.threads = options.threads ? options.threads : processors();
-  batch.memory_bytes = options.memory_mb > 0 ? static_cast<uint64_t>(options.memory_mb * 1048576) : available_memory() / 5 * 4;
+  const uint64_t free = available_memory();
+  batch.memory_bytes = options.memory_mb > 0 ? static_cast<uint64_t>(options.memory_mb * 1048576) : free > 0 ? free / 5 * 4 : uint64_t{1} << 40;
   batch.time_limit = options.time_limit;
   batch.cache = options.cache;
   batch.update = options.update || options.resume;
@@ -91,6 +92,8 @@ int run(const Options& options) {
   if (!found) return print_error(found.error().message), exit_code(found.error().code);
   const std::vector<Asset>& assets = found->assets;
   if (!options.depfile.empty() && assets.size() != 1) return print_error("--depfile is for one asset"), exit_code(ErrorCode::usage);
+  for (const std::string& path : {options.events, options.depfile})
+    if (!may_be_written(path)) return print_error(shown(path) + ": would replace a mesh or a sidecar"), exit_code(ErrorCode::usage);
   for (const Error& error : found->errors) print_error(error.message);
   if (assets.empty() && found->errors.empty()) print_error("no mesh file found"), found->errors.push_back({ErrorCode::io, "no mesh file found"});
 
@@ -211,13 +214,7 @@ int main(int argc, char** argv) {
   Options options;
   CLI::App app{"Bakes visibility sidecars: for each mesh file a .vcd file that says which lines through each object's\n"
                "box are blocked by it and which are clear."};
-  app.add_option("inputs", options.request.inputs,
-                 "Mesh files (.glb .gltf .drc .obj .ply .stl .off), folders of them, or patterns with * ? [] **; @FILE: a list of them")
-      ->type_name("MESH...");
-  app.add_option("--manifest", options.request.manifests, "A library as a JSON file, with settings for single assets")->type_name("FILE");
-  app.add_option("-o,--output", options.request.output,
-                 "Sidecar to write, or folder to write to, where those of a folder are mirrored (default: beside each mesh, MESH.vcd)")
-      ->type_name("PATH");
+  add_asset_request(app, options.request);
   app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
   add_settings(app, options.request.settings);
   add_run_options(app, options);

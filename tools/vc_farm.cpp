@@ -210,22 +210,20 @@ int main(int argc, char** argv) {
     return sub;
   };
   CLI::App* const plan = subcommand("plan", "Cut a library into shards");
-  plan->add_option("inputs", options.request.inputs, "Mesh files, folders of them, or patterns; @FILE: a list of them")->type_name("MESH...");
-  plan->add_option("--manifest", options.request.manifests, "A library as a JSON file, with settings for single assets")->type_name("FILE");
-  plan->add_option("-o,--output", options.request.output, "Folder for the sidecars, where those of a folder are mirrored (default: beside each mesh)")->type_name("PATH");
+  add_asset_request(*plan, options.request);
   plan->add_option("--shards", options.shards, "How many, at the most (default: 16)")->check(CLI::Range(1u, 1000000u));
   add_settings(*plan, options.request.settings);
   CLI::App* const run = subcommand("run", "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was");
   run->add_option("shard", options.shard, "Its number, from 1")->required()->type_name("NUMBER");
   run->prefix_command();
   CLI::App* const status = subcommand("status", "Show how far the shards are");
-  CLI::App* const slurm = subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge; what follows -- goes to sbatch");
+  CLI::App* const slurm = subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge");
   slurm->add_option("--bake", options.slurm.bake, "An option for vc-bake, such as --bake=--cache=DIR; any number of them")->type_name("OPTION")->expected(1)->take_all();
+  slurm->add_option("--sbatch", options.slurm.arguments, "An option for sbatch, such as --sbatch=--partition=night; any number of them")->type_name("OPTION")->expected(1)->take_all();
   slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")->check(CLI::Range(1u, 1024u));
   slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")->check(CLI::Range(1u, 1000u));
   slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")->check(CLI::Range(0.1, 3600.0));
   slurm->add_flag("--detach", options.detach, "Only submit");
-  slurm->prefix_command();
   CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");
   for (CLI::App* const sub : {slurm, merge_command})
     sub->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")->type_name("NAME");
@@ -236,8 +234,6 @@ int main(int argc, char** argv) {
     if (*run) return run_shard(options, run->remaining());
     if (*status) return show_status(options);
     if (*merge_command) return with_plan(options, [&](const FarmPlan& p) { return merge(p, options); });
-    options.slurm.arguments = slurm->remaining();
-    std::erase(options.slurm.arguments, "--");
     return run_slurm(options);
   });
 }

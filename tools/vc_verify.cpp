@@ -38,10 +38,8 @@ int list_findings(const Options& options) {
 // Why a report must not be written there: over a sidecar or mesh, which is easily done when its name is forgotten.
 std::string fault_of_report(const std::string& path, const Options& options) {
   std::error_code ignored;
-  const fs::path place = verify::place_of(path);
-  for (const auto& extensions : {kSidecarExtensions, kMeshExtensions})
-    if (std::ranges::find(extensions, place.extension().string()) != extensions.end())
-      return "a report is not a sidecar or a mesh";
+  const fs::path place = place_of(path);
+  if (!may_be_written(path)) return "a report is not a sidecar or a mesh";
   for (const std::string& input : options.run.inputs)
     if (fs::equivalent(input, path, ignored)) return "is an input, and would be replaced by a report";
   if (!fs::is_directory(place.parent_path(), ignored)) return "its folder does not exist";
@@ -56,7 +54,7 @@ std::string fault_of(Options& options) {
   if (!options.segment.empty()) options.run.check.segment = segment;
   for (const std::string& report : {options.sarif, options.junit})
     if (const std::string fault = report.empty() ? "" : fault_of_report(report, options); !fault.empty()) return shown(report) + ": " + fault;
-  if (!options.sarif.empty() && !options.junit.empty() && verify::place_of(options.sarif) == verify::place_of(options.junit))
+  if (!options.sarif.empty() && !options.junit.empty() && place_of(options.sarif) == place_of(options.junit))
     return shown(options.sarif) + ": two reports for one file";
   return {};
 }

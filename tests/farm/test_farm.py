@@ -81,6 +81,21 @@ class ByHand(Case):
         self.farm("status", self.plan, code=3)
 
 
+    def test_what_sbatch_is_given(self):
+        self.make_plan(2)
+        programs = self.folder / "programs"
+        programs.mkdir()
+        for name in ("sbatch", "squeue"):
+            (programs / name).write_text(f'#!/bin/sh\n[ "$1" = --version ] || echo "$@" >> {self.folder}/{name}\n')
+            (programs / name).chmod(0o755)
+        self.farm("slurm", self.plan, "--threads", 3, "--bake=--cache=/c d", "--detach", "--sbatch=--partition=night", "--sbatch=--nice",
+                  env={"PATH": f"{programs}:{os.environ['PATH']}"})
+        given = (self.folder / "sbatch").read_text()
+        for words in ("--array=1,2 ", "--requeue", "--cpus-per-task=3", "--open-mode=append", "--partition=night --nice"):
+            self.assertIn(words, given)
+        self.assertIn("'--cache=/c d'", (self.plan / "slurm-0.sh").read_text())
+
+
 @unittest.skipIf(MISSING, MISSING)
 class BySlurm(Case):
     def test_a_node_is_lost_and_the_sidecars_are_those_of_a_local_run(self):

@@ -74,7 +74,7 @@ Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& ass
   if (error) return Error{ErrorCode::io, shown(folder) + ": " + error.message()};
   std::vector<double> seconds;
   for (const Asset& asset : assets) seconds.push_back(guess_cost(asset).seconds);
-  FarmPlan plan{fs::absolute(folder, error), {}, {}};
+  FarmPlan plan{fs::absolute(folder, error), {}};
   Json json{{"vcd_plan", kPlanVersion}, {"version", VCD_VERSION}, {"shards", Json::array()}};
   for (const auto& part : balanced(seconds, std::min<size_t>(shards, assets.size()))) {
     std::vector<Asset> chosen;
@@ -97,7 +97,7 @@ Result<FarmPlan> open_plan(const fs::path& folder) {
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   const Error fault{ErrorCode::invalid_file, shown(path) + ": not a plan of vc-farm"};
   if (!json.is_object() || json.value("vcd_plan", Json(nullptr)) != kPlanVersion || !json.contains("shards") || !json["shards"].is_array()) return fault;
-  FarmPlan plan{fs::absolute(folder, error), {}, {}};
+  FarmPlan plan{fs::absolute(folder, error), {}};
   for (const Json& shard : json["shards"]) {
     const bool sound = shard.is_object() && shard.contains("number") && shard["number"].is_number_unsigned() && shard.contains("assets") &&
                        shard["assets"].is_number_unsigned() && shard.contains("seconds") && shard["seconds"].is_number();

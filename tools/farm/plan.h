@@ -24,7 +24,6 @@ struct Shard {
 struct FarmPlan {
   std::filesystem::path folder;
   std::vector<Shard> shards;
-  Json request;  // for people: when and of what it was made
 
   std::filesystem::path file(unsigned shard, const std::string& extension) const;  // PLAN/shard-0001EXTENSION
 };

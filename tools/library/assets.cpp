@@ -3,6 +3,8 @@
 #include <map>
 #include <set>
 
+#include <CLI/CLI.hpp>
+
 #include "manifest.h"
 #include "common/paths.h"
 
@@ -38,7 +40,7 @@ class Collection {
 
  private:
   void add(const std::vector<std::string>& inputs, const fs::path& output, const BakeSettings& settings) {
-    Found found = find_files(inputs, kMeshExtensions);
+    Found found = find_files(inputs, mesh_extensions());
     for (FoundFile& file : found.files) {
       const fs::path sidecar = output.empty() ? sidecar_of(file.path) : output / sidecar_of(file.below);
       assets_.assets.push_back({std::move(file.path), sidecar, settings});
@@ -93,6 +95,16 @@ class Collection {
 };
 
 }  // namespace
+
+void add_asset_request(CLI::App& app, AssetRequest& request) {
+  app.add_option("inputs", request.inputs,
+                 "Mesh files (.glb .gltf .drc .obj .ply .stl .off), folders of them, or patterns with * ? [] **; @FILE: a list of them")
+      ->type_name("MESH...");
+  app.add_option("--manifest", request.manifests, "A library as a JSON file, with settings for single assets")->type_name("FILE");
+  app.add_option("-o,--output", request.output,
+                 "Sidecar to write, or folder to write to, where those of a folder are mirrored (default: beside each mesh, MESH.vcd)")
+      ->type_name("PATH");
+}
 
 Result<Assets> collect_assets(const AssetRequest& request) { return Collection(request).make(); }
 

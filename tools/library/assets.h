@@ -27,10 +27,13 @@ struct Assets {
 
 struct AssetRequest {
   std::vector<std::string> inputs;     // files, folders, patterns
-  std::vector<std::string> manifests;  // JSON: spec/manifest.md
+  std::vector<std::string> manifests;  // JSON: spec/library.md
   std::string output;                  // empty: beside each asset; a file, for one asset; else a folder
   BakeSettings settings;
 };
+
+// Adds inputs, --manifest and -o. `request` is filled when the app parses and outlives it.
+void add_asset_request(CLI::App& app, AssetRequest& request);
 
 // Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output folder that is not
 // there. Sidecars of a folder's assets are mirrored below the output folder, where missing folders are made when needed.

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <chrono>
 #include <list>
+#include <set>
 #include <thread>
 
 #include <poll.h>
@@ -46,6 +47,7 @@ class Batch {
 
   void run() {
     listener_.started(assets_.size(), jobs_.size());
+    remove_leftovers();
     while (!schedule_.idle()) {
       if (options_.stop && options_.stop()) return stop_all("interrupted");
       start_what_may();
@@ -56,6 +58,13 @@ class Batch {
   }
 
  private:
+  // Of earlier runs that were killed.
+  void remove_leftovers() const {
+    std::set<std::filesystem::path> folders;
+    for (const size_t job : jobs_) folders.insert(assets_[job].output.parent_path());
+    for (const std::filesystem::path& folder : folders) remove_stale_temporaries(folder);
+  }
+
   struct Running {
     Grant grant;
     Worker worker;

@@ -33,7 +33,7 @@ class BatchListener {
     double cost_seconds;
   };
   virtual void started(size_t assets, size_t to_bake) = 0;
-  virtual void going_on(const std::vector<Running>& running, size_t ended, double seconds_left) = 0;  // ten times a second or less
+  virtual void going_on(const std::vector<Running>& running, size_t ended, double seconds_left) = 0;  // some twenty times a second
   virtual void ended(const Asset& asset, const Record& record) = 0;
 };
 

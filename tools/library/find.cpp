@@ -18,12 +18,6 @@ namespace {
 namespace fs = std::filesystem;
 using FileId = std::pair<dev_t, ino_t>;
 
-std::string extension_of(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
-
 bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
 
 class Search {
@@ -69,9 +63,7 @@ class Search {
   void add(const fs::path& path, const fs::path& below) {
     struct stat status {};
     if (stat(path.c_str(), &status) != 0) return fail(path, errno);
-    std::error_code error;
-    const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-    if (!files_.insert(fs::canonical(folder, error) / path.filename()).second) return void(++found_.named_again);
+    if (!files_.insert(place_of(path)).second) return void(++found_.named_again);
     found_.files.push_back({path, below});
   }
 
@@ -99,7 +91,7 @@ class Search {
       const auto kind = fs::status(path / name, error).type();
       if (kind == fs::file_type::directory) {
         folder(path / name, below / name);
-      } else if (std::find(extensions_.begin(), extensions_.end(), extension_of(name)) == extensions_.end()) {
+      } else if (!has_extension(name, extensions_)) {
         ++found_.other_files;
       } else {
         add(path / name, below / name);  // a link to nothing too: it is named like a mesh and is none
@@ -136,6 +128,19 @@ class Search {
 };
 
 }  // namespace
+
+bool has_extension(const fs::path& path, const std::vector<std::string>& extensions) {
+  std::string extension = path.extension().string();
+  if (extension.empty()) return false;
+  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  return std::find(extensions.begin(), extensions.end(), extension.substr(1)) != extensions.end();
+}
+
+fs::path place_of(const fs::path& path) {
+  std::error_code error;
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  return fs::weakly_canonical(folder, error) / path.filename();
+}
 
 Found find_files(const std::vector<std::string>& inputs, const std::vector<std::string>& extensions) {
   Search search(extensions);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include <vcd/baker/ingest.h>
 #include <vcd/format/error.h>
 
 namespace vcd {
@@ -22,13 +23,22 @@ struct Found {
 };
 
 // Finds the files that `inputs` name: a file (whatever its extension), a folder (everything below it with one of the
-// `extensions`, any case), or a pattern where no such file exists: * ? [ ] within a component, ** for any number of folders.
+// `extensions`, without their dots and in any case), or a pattern where no such file exists: * ? [ ] within a component, ** for any number of folders.
 //
 // Links are followed; each folder is entered once, so a loop of links ends, and a file in it has one path. A link to a file is a
 // file of its own. Names that begin with a dot are passed over below folders and by patterns. Names may hold any bytes.
 Found find_files(const std::vector<std::string>& inputs, const std::vector<std::string>& extensions);
 
-inline const std::vector<std::string> kMeshExtensions = {".glb", ".gltf", ".drc", ".obj", ".ply", ".stl", ".off"};
-inline const std::vector<std::string> kSidecarExtensions = {".vcd"};
+// Where a path leads to, links in its folders followed: the same for two paths to one entry of a folder.
+std::filesystem::path place_of(const std::filesystem::path& path);
+
+bool has_extension(const std::filesystem::path& path, const std::vector<std::string>& extensions);  // likewise
+
+inline const std::vector<std::string> kSidecarExtensions = {"vcd"};  // of meshes: mesh_extensions()
+
+// For what is written beside them: by its name the path is neither a mesh nor a sidecar, which a slip of the hand would replace.
+inline bool may_be_written(const std::filesystem::path& path) {
+  return !has_extension(path, mesh_extensions()) && !has_extension(path, kSidecarExtensions);
+}
 
 }  // namespace vcd

@@ -1,4 +1,4 @@
-// A library as a JSON file: which assets, with settings of their own. spec/manifest.md describes it.
+// A library as a JSON file: which assets, with settings of their own. spec/library.md describes it.
 #pragma once
 
 #include <filesystem>

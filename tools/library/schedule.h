@@ -34,7 +34,6 @@ class Schedule {
   void drop_waiting() { waiting_.clear(); }
 
   bool idle() const { return waiting_.empty() && running_ == 0; }
-  size_t waiting() const { return waiting_.size(); }
   double seconds_waiting() const { return seconds_waiting_; }  // guessed, on one thread
 
  private:

@@ -15,12 +15,6 @@ Input fault(const std::string& name, ErrorCode code, const std::string& why) {
 
 }  // namespace
 
-fs::path place_of(const fs::path& path) {
-  std::error_code error;
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  return fs::weakly_canonical(folder, error) / path.filename();
-}
-
 std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions,
                                const std::string& kind) {
   std::vector<Input> inputs;

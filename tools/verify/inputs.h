@@ -21,7 +21,4 @@ struct Input {
 std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions,
                                const std::string& kind);
 
-// Where a file is, whatever way led there; a link as the last component is not followed.
-std::filesystem::path place_of(const std::filesystem::path& path);
-
 }  // namespace vcd::verify

@@ -52,7 +52,7 @@ class Runner {
   std::vector<Outcome> read_libraries() {
     std::vector<Outcome> faults;
     std::vector<FoundFile> files;
-    for (Input& input : find_inputs(options_.against_libraries, kMeshExtensions, "mesh")) {
+    for (Input& input : find_inputs(options_.against_libraries, mesh_extensions(), "mesh")) {
       if (input.fault) faults.push_back(std::move(*input.fault));
       else files.push_back(std::move(input.file));
     }
