@@ -40,7 +40,8 @@ TreeView BakedObject::tree() const {
 }
 
 ObjectToWrite BakedObject::to_write() const {
-  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry, std::as_bytes(std::span(arrays_->margins))};
+  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry,
+          std::as_bytes(std::span(arrays_->margins))};
 }
 
 namespace {
@@ -113,7 +114,8 @@ const char* fault_of(const BakeOptions& options) {
   const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
   if (options.samples == 0) return nullptr;
   if (options.method == Method::sampled && !known) return "samples must be 16, 81 or 256";
-  if (options.method == Method::hybrid && (!known || options.samples == 16)) return "samples of a hybrid bake must be 81 or 256";
+  if (options.method == Method::hybrid && (!known || options.samples == 16))
+    return "samples of a hybrid bake must be 81 or 256";
   return nullptr;
 }
 
@@ -128,7 +130,8 @@ struct Workshop {
   static Result<Workshop> build(const PreparedMesh& mesh, const BakeOptions& options) {
     auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
     if (!tracer) return Error{tracer.error().code, place_of(mesh) + ": " + tracer.error().message};
-    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr, options.samples ? options.samples : kDefaultSamples};
+    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr,
+                  options.samples ? options.samples : kDefaultSamples};
     if (options.method == Method::sampled) {
       shop.classifier = std::make_unique<SampledCells>(SampledClassifier(*shop.tracer, shop.samples, options.seed));
     } else {
@@ -148,7 +151,8 @@ Plan plan_with(const PreparedMesh& mesh, const Workshop& shop, const BakeOptions
   ProbeOptions probe_options;
   probe_options.threads = options.threads ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency());
   probe_options.budget_bytes = tree_budget(options.budget_bytes ? options.budget_bytes : kDefaultBudgetBytes);
-  probe_options.budget_seconds = options.budget_seconds > 0 ? kForecastShare * seconds_left : std::numeric_limits<double>::infinity();
+  probe_options.budget_seconds =
+      options.budget_seconds > 0 ? kForecastShare * seconds_left : std::numeric_limits<double>::infinity();
   probe_options.stop = options.stop;
   return probe(mesh, *shop.tracer, *shop.classifier, probe_options);
 }
@@ -160,7 +164,8 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options) try {
   const auto start = Clock::now();
   const auto shop = Workshop::build(mesh, options);
   if (!shop) return shop.error();
-  return plan_with(mesh, *shop, options, kBakeShare * options.budget_seconds - std::chrono::duration<double>(Clock::now() - start).count());
+  return plan_with(mesh, *shop, options,
+                   kBakeShare * options.budget_seconds - std::chrono::duration<double>(Clock::now() - start).count());
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }
@@ -197,9 +202,11 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
     return object;
   }
 
-  if (const uint64_t least = least_bytes(options.depth); options.budget_bytes > 0 && least > tree_budget(options.budget_bytes))
-    return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(options.depth) + " takes " +
-                                       std::to_string(least + 8192) + " bytes at the least, more than the budget"};
+  if (const uint64_t least = least_bytes(options.depth);
+      options.budget_bytes > 0 && least > tree_budget(options.budget_bytes))
+    return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(options.depth) +
+                                       " takes " + std::to_string(least + 8192) +
+                                       " bytes at the least, more than the budget"};
 
   const auto bake_start = Clock::now();
   const auto baking = [&] { return std::chrono::duration<double>(Clock::now() - bake_start).count(); };
@@ -210,14 +217,17 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try
   CellSource source{*shop->classifier, options.depth};
   source.one_in = options.one_in;
   source.stop = options.stop;
-  if (options.budget_seconds > 0) source.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
+  if (options.budget_seconds > 0)
+    source.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
   auto octree = build_octree(source, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
   object.rays = octree->rays;
   object.seconds_above = octree->seconds_above;
   object.out_of_time = Clock::now() > source.deadline;
   object.bytes_before_demotion = tree_bytes(octree->tree.view());
-  if (options.budget_bytes > 0) octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads, &object.cells_demoted);
+  if (options.budget_bytes > 0)
+    octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads,
+                                &object.cells_demoted);
   object.arrays_->tree = std::move(octree->tree);
   count_tree(object.tree(), object.record);
   if (object.record.cells[1] + object.record.statistical_cells > 0) {

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "common/memory.h"
+#include "common/paths.h"
 #include "common/program.h"
 #include "common/progress.h"
 #include "library/asset_summary.h"
@@ -14,7 +15,6 @@
 #include "library/batch.h"
 #include "library/console.h"
 #include "library/depfile.h"
-#include "common/paths.h"
 #include "library/prune.h"
 #include "library/report.h"
 
@@ -29,7 +29,8 @@ struct Options {
   unsigned threads = 0;
   double memory_mb = 0;
   double time_limit = 14400;
-  bool plan_only = false, update = false, resume = false, fail_fast = false, keep_going = false, dry_run = false, prune = false;
+  bool plan_only = false, update = false, resume = false, fail_fast = false, keep_going = false, dry_run = false,
+       prune = false;
   std::string cache, report, events, depfile;
 };
 
@@ -42,7 +43,9 @@ BatchOptions batch_options(const Options& options) {
   BatchOptions batch;
   batch.threads = options.threads ? options.threads : processors();
   const uint64_t free = available_memory();
-  batch.memory_bytes = options.memory_mb > 0 ? static_cast<uint64_t>(options.memory_mb * 1048576) : free > 0 ? free / 5 * 4 : uint64_t{1} << 40;
+  batch.memory_bytes = options.memory_mb > 0 ? static_cast<uint64_t>(options.memory_mb * 1048576)
+                       : free > 0            ? free / 5 * 4
+                                             : uint64_t{1} << 40;
   batch.time_limit = options.time_limit;
   batch.cache = options.cache;
   batch.update = options.update || options.resume;
@@ -56,19 +59,25 @@ void print_dry_run(const std::vector<Asset>& assets, const std::vector<Record>& 
   double seconds = 0;
   for (size_t i = 0; i < assets.size(); ++i) {
     const bool is_waiting = records[i].fate == Fate::waiting;
-    std::printf("%-10s %s -> %s (%s)\n", is_waiting ? "bake" : fate_name(records[i].fate), shown(assets[i].input).c_str(), shown(assets[i].output).c_str(),
-                is_waiting ? (records[i].reason + ", about " + readable_seconds(records[i].cost.seconds) + " on one thread").c_str() : "nothing to do");
+    std::printf(
+        "%-10s %s -> %s (%s)\n", is_waiting ? "bake" : fate_name(records[i].fate), shown(assets[i].input).c_str(),
+        shown(assets[i].output).c_str(),
+        is_waiting
+            ? (records[i].reason + ", about " + readable_seconds(records[i].cost.seconds) + " on one thread").c_str()
+            : "nothing to do");
     seconds += is_waiting ? records[i].cost.seconds : 0;
   }
   std::printf("about %s on one thread, guessed from the sizes of the files\n", readable_seconds(seconds).c_str());
 }
 
 void print_totals(const Totals& t, const RunReport& run) {
-  std::string line = std::to_string(t.baked) + " baked, " + std::to_string(t.up_to_date) + " up to date, " + std::to_string(t.failed + run.errors.size()) + " failed";
+  std::string line = std::to_string(t.baked) + " baked, " + std::to_string(t.up_to_date) + " up to date, " +
+                     std::to_string(t.failed + run.errors.size()) + " failed";
   if (t.failed_before) line += ", " + std::to_string(t.failed_before) + " failed before and not tried again";
   if (t.not_run) line += ", " + std::to_string(t.not_run) + " not run";
   if (!run.pruned.empty()) line += ", " + std::to_string(run.pruned.size()) + " orphans removed";
-  std::printf("%s; %s of sidecars, %s\n", line.c_str(), readable_bytes(t.bytes).c_str(), readable_seconds(run.seconds).c_str());
+  std::printf("%s; %s of sidecars, %s\n", line.c_str(), readable_bytes(t.bytes).c_str(),
+              readable_seconds(run.seconds).c_str());
 }
 
 // Orphans go only where everything was found: an input that could not be read may be what they belong to.
@@ -81,7 +90,8 @@ std::vector<fs::path> prune(const Options& options, const Assets& assets) {
   std::vector<fs::path> orphans = find_orphans(assets);
   std::error_code error;
   for (const fs::path& orphan : orphans)
-    if (!options.dry_run && !fs::remove(orphan, error)) print_error(shown(orphan) + ": cannot be removed: " + error.message());
+    if (!options.dry_run && !fs::remove(orphan, error))
+      print_error(shown(orphan) + ": cannot be removed: " + error.message());
   return orphans;
 }
 
@@ -91,22 +101,29 @@ int run(const Options& options) {
   auto found = collect_assets(options.request);
   if (!found) return print_error(found.error().message), exit_code(found.error().code);
   const std::vector<Asset>& assets = found->assets;
-  if (!options.depfile.empty() && assets.size() != 1) return print_error("--depfile is for one asset"), exit_code(ErrorCode::usage);
+  if (!options.depfile.empty() && assets.size() != 1)
+    return print_error("--depfile is for one asset"), exit_code(ErrorCode::usage);
   for (const std::string& path : {options.events, options.depfile})
-    if (!may_be_written(path)) return print_error(shown(path) + ": would replace a mesh or a sidecar"), exit_code(ErrorCode::usage);
+    if (!may_be_written(path))
+      return print_error(shown(path) + ": would replace a mesh or a sidecar"), exit_code(ErrorCode::usage);
   for (const Error& error : found->errors) print_error(error.message);
-  if (assets.empty() && found->errors.empty()) print_error("no mesh file found"), found->errors.push_back({ErrorCode::io, "no mesh file found"});
+  if (assets.empty() && found->errors.empty())
+    print_error("no mesh file found"), found->errors.push_back({ErrorCode::io, "no mesh file found"});
 
   const BatchOptions batch = batch_options(options);
   auto events = Events::open(options.dry_run ? "" : options.events, options.resume);
   if (!events) return print_error(events.error().message), exit_code(events.error().code);
   std::vector<Record> records = look_at(assets, batch);
   if (!options.dry_run) {
-    events->say({{"event", "run-started"}, {"tool", "vc-bake"}, {"version", VCD_VERSION}, {"assets", assets.size()},
+    events->say({{"event", "run-started"},
+                 {"tool", "vc-bake"},
+                 {"version", VCD_VERSION},
+                 {"assets", assets.size()},
                  {"up_to_date", totals_of(records).up_to_date}});
     run_batch(assets, records, batch, *make_console(options.common), *events);
   }
-  RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files, found->named_again};
+  RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files,
+                found->named_again};
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   run.dry_run = options.dry_run;
 
@@ -175,7 +192,8 @@ int run_plan(const Options& options) {
       object["plan"] = describe_plan(*planned);
       objects.push_back(object);
       if (options.common.format == OutputFormat::json) continue;
-      std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(), prepared->triangles.size());
+      std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(),
+                  prepared->triangles.size());
       print_plan(*planned);
     }
     codes.push_back(code);
@@ -187,33 +205,46 @@ int run_plan(const Options& options) {
 }
 
 void add_run_options(CLI::App& app, Options& options) {
-  app.add_option("-j,--threads", options.threads, "Threads, for all assets together; 0: all (default). The results do not depend on it")
+  app.add_option("-j,--threads", options.threads,
+                 "Threads, for all assets together; 0: all (default). The results do not depend on it")
       ->check(CLI::Range(0, 1024));
-  app.add_option("--memory-mb", options.memory_mb, "MiB that all processes together may take (default: four fifths of what is free)")
+  app.add_option("--memory-mb", options.memory_mb,
+                 "MiB that all processes together may take (default: four fifths of what is free)")
       ->check(CLI::Range(256.0, 1e9));
-  app.add_option("--time-limit", options.time_limit, "Seconds that one asset may take before it is given up; 0: no limit (default: 14400)")
+  app.add_option("--time-limit", options.time_limit,
+                 "Seconds that one asset may take before it is given up; 0: no limit (default: 14400)")
       ->check(CLI::Range(0.0, 1e9));
-  app.add_flag("--update", options.update,
-               "Leave alone what is up to date: sidecars of the same content, settings and baker. Times of files do not count");
-  app.add_flag("--resume", options.resume,
-               "Go on with a run that was killed: --update, and what failed according to its --events is not tried again");
+  app.add_flag(
+      "--update", options.update,
+      "Leave alone what is up to date: sidecars of the same content, settings and baker. Times of files do not count");
+  app.add_flag(
+      "--resume", options.resume,
+      "Go on with a run that was killed: --update, and what failed according to its --events is not tried again");
   app.add_flag("--keep-going", options.keep_going, "Bake the others when an asset fails (default)");
   app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails");
   app.add_flag("--dry-run", options.dry_run, "Only say what would be baked, and why");
-  app.add_flag("--prune", options.prune,
-               "Remove sidecars without an asset: below -o or the manifest's output, else below the folders that are inputs");
-  app.add_option("--cache", options.cache, "Folder of baked objects, found by their geometry and settings; may be shared")->type_name("DIR");
-  app.add_option("--report", options.report, "Write what came of the run to NAME.json and, as a page, to NAME.html")->type_name("NAME");
-  app.add_option("--events", options.events, "Write what happens as it happens, a JSON object a line; -: standard output")->type_name("FILE");
-  app.add_option("--depfile", options.depfile, "For Make and Ninja: write which files one asset's sidecar depends on")->type_name("FILE");
+  app.add_flag(
+      "--prune", options.prune,
+      "Remove sidecars without an asset: below -o or the manifest's output, else below the folders that are inputs");
+  app.add_option("--cache", options.cache,
+                 "Folder of baked objects, found by their geometry and settings; may be shared")
+      ->type_name("DIR");
+  app.add_option("--report", options.report, "Write what came of the run to NAME.json and, as a page, to NAME.html")
+      ->type_name("NAME");
+  app.add_option("--events", options.events,
+                 "Write what happens as it happens, a JSON object a line; -: standard output")
+      ->type_name("FILE");
+  app.add_option("--depfile", options.depfile, "For Make and Ninja: write which files one asset's sidecar depends on")
+      ->type_name("FILE");
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Bakes visibility sidecars: for each mesh file a .vcd file that says which lines through each object's\n"
-               "box are blocked by it and which are clear."};
+  CLI::App app{
+      "Bakes visibility sidecars: for each mesh file a .vcd file that says which lines through each object's\n"
+      "box are blocked by it and which are clear."};
   add_asset_request(app, options.request);
   app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
   add_settings(app, options.request.settings);

@@ -54,12 +54,17 @@ Profile full_profile() {
 }
 
 Profile quick_profile() {
-  return {"quick",
-          {"sierpinski,level=6", "hairball,strands=1000,segments=10,sides=3", "forest,instances=60,leaves=800,species=2"},
-          {{4, Method::sampled, 16}, {4, Method::sampled, 256}, {4, Method::proven, 256}, {4, Method::hybrid, 256}, {5, Method::sampled, 16}},
-          96,
-          64,
-          1 << 14};
+  return {
+      "quick",
+      {"sierpinski,level=6", "hairball,strands=1000,segments=10,sides=3", "forest,instances=60,leaves=800,species=2"},
+      {{4, Method::sampled, 16},
+       {4, Method::sampled, 256},
+       {4, Method::proven, 256},
+       {4, Method::hybrid, 256},
+       {5, Method::sampled, 16}},
+      96,
+      64,
+      1 << 14};
 }
 
 Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
@@ -69,7 +74,9 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   for (const std::string& tree : options.trees) {
     const auto c = Configuration::parse(tree);
     if (!c)
-      return Error{ErrorCode::usage, "--trees " + tree + ": not DEPTHxKIND with depth 1 to 8 and kind 16, 81, 256 (samples), proven or hybrid"};
+      return Error{
+          ErrorCode::usage,
+          "--trees " + tree + ": not DEPTHxKIND with depth 1 to 8 and kind 16, 81, 256 (samples), proven or hybrid"};
     profile.configurations.push_back(*c);
   }
   run.configurations = profile.configurations;
@@ -88,7 +95,8 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
     auto request = parse_scene_request(text, {});
     if (!request) return request.error();
     for (const SceneRequest& other : run.scenes)
-      if (other.name == request->name) return Error{ErrorCode::usage, text + ": another scene has that name; write NAME=" + text};
+      if (other.name == request->name)
+        return Error{ErrorCode::usage, text + ": another scene has that name; write NAME=" + text};
     run.scenes.push_back(std::move(*request));
   }
   return run;
@@ -100,9 +108,14 @@ Json describe(const PaperRunOptions& run, const Profile& profile, const std::str
           {"format", 1},
           {"command", command},
           {"settings",
-           {{"profile", profile.name}, {"width", run.render.width}, {"height", run.render.height},
-            {"pixel_samples", run.render.pixel_samples}, {"light_samples", run.render.light_samples},
-            {"repetitions", run.repetitions}, {"threads", run.render.threads}, {"seed", run.render.seed}}},
+           {{"profile", profile.name},
+            {"width", run.render.width},
+            {"height", run.render.height},
+            {"pixel_samples", run.render.pixel_samples},
+            {"light_samples", run.render.light_samples},
+            {"repetitions", run.repetitions},
+            {"threads", run.render.threads},
+            {"seed", run.render.seed}}},
           {"machine", describe_machine()}};
 }
 
@@ -124,55 +137,79 @@ int run_all(const Options& options, const std::string& command) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Measures sidecars against Embree on this machine. Without a subcommand: the paper's scenes and tables, and a\n"
-               "report of speed against accuracy; what is measured is kept, and the same command goes on where it stopped."};
+  CLI::App app{
+      "Measures sidecars against Embree on this machine. Without a subcommand: the paper's scenes and tables, and a\n"
+      "report of speed against accuracy; what is measured is kept, and the same command goes on where it stopped."};
   app.require_subcommand(0, 1);
   app.fallthrough();  // the options of all may come after the subcommand too
   add_common_options(app, options.common);
-  app.add_option("--repetitions", options.repetitions, "How often each variant runs (default: 7)")->check(CLI::Range(1, 1000));
+  app.add_option("--repetitions", options.repetitions, "How often each variant runs (default: 7)")
+      ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", options.quick, "Small scenes, pictures and trees: some minutes instead of a night");
-  app.add_option("--scene", options.scenes,
-                 "[NAME=]SCENE|MESH[,KEY=VALUE]..., again for each: sierpinski, hairball, forest or a mesh file, with keys up,\n"
-                 "turn, level, strands, segments, sides, instances, species, leaves, seed (default: the three generated ones)")
+  app.add_option(
+         "--scene", options.scenes,
+         "[NAME=]SCENE|MESH[,KEY=VALUE]..., again for each: sierpinski, hairball, forest or a mesh file, with keys "
+         "up,\n"
+         "turn, level, strands, segments, sides, instances, species, leaves, seed (default: the three generated ones)")
       ->type_name("sierpinski|hairball|forest|MESH")
       ->allow_extra_args(false);
-  app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")->type_name("DIR");
-  app.add_option("--trees", options.trees, "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, hybrid\n(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
+  app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")
+      ->type_name("DIR");
+  app.add_option("--trees", options.trees,
+                 "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, "
+                 "hybrid\n(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("TREES");
   app.add_option("--size", options.size, "Of the pictures (default: 300x200)")->type_name("WxH");
-  app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")->check(CLI::Range(0, 1024));
+  app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")
+      ->check(CLI::Range(0, 1024));
 
   CLI::App* report = app.add_subcommand("report", "Write the report of a folder of results again");
   report->add_option("folder", options.folder, "What -o named")->required()->type_name("DIR");
 
-  CLI::App* segments = app.add_subcommand("segments", "One sidecar: answers, shares and times of segments with and without it");
+  CLI::App* segments =
+      app.add_subcommand("segments", "One sidecar: answers, shares and times of segments with and without it");
   segments->add_option("sidecar", options.segments.sidecar, "The sidecar to ask")->required()->type_name("SIDECAR");
-  segments->add_option("mesh", options.segments.mesh, "The mesh file that it was baked from")->required()->type_name("MESH");
+  segments->add_option("mesh", options.segments.mesh, "The mesh file that it was baked from")
+      ->required()
+      ->type_name("MESH");
   segments->add_option("--object", options.segments.object, "Index of the object in the sidecar (default: 0)");
-  segments->add_option("--points", options.segments.points, "Ground points, 128 shadow rays each (default: 4000)")->check(CLI::Range(1, 1000000));
+  segments->add_option("--points", options.segments.points, "Ground points, 128 shadow rays each (default: 4000)")
+      ->check(CLI::Range(1, 1000000));
 
-  CLI::App* instances = app.add_subcommand("instances", "A scene of instances: times of shadow rays with sidecars and without");
-  instances->add_option("scene", options.instances.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")->required()->type_name("sierpinski|hairball|forest|MESH");
+  CLI::App* instances =
+      app.add_subcommand("instances", "A scene of instances: times of shadow rays with sidecars and without");
+  instances->add_option("scene", options.instances.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")
+      ->required()
+      ->type_name("sierpinski|hairball|forest|MESH");
   instances->add_option("sidecars", options.instances.sidecars, "Of its meshes")->required()->type_name("SIDECAR");
-  instances->add_option("--points", options.instances.points, "Points, 128 shadow rays each (default: 3000)")->check(CLI::Range(1, 1000000));
+  instances->add_option("--points", options.instances.points, "Points, 128 shadow rays each (default: 3000)")
+      ->check(CLI::Range(1, 1000000));
 
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
   bake->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
-  bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")->check(CLI::IsMember({16, 81, 256}).description(""))->type_name("16|81|256");
+  bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")
+      ->check(CLI::IsMember({16, 81, 256}).description(""))
+      ->type_name("16|81|256");
   bake->add_option("--cells", options.bake_rate.top_cells, "Random cells of level 3 to bake (default: 200)");
 
   CLI::App* time = app.add_subcommand("bake-time", "What a bake costs by proof, hybrid and by 256 samples");
   time->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   time->add_option("-d,--depth", options.bake_time.depths, "Depths, with commas (default: 5,6,7)")
-      ->delimiter(',')->allow_extra_args(false)->check(CLI::Range(1, 8))->type_name("DEPTHS");
-  time->add_option("--one-in", options.bake_time.one_in, "Classify one in so many of the 61,440 cells of the top table (default: 40)")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::Range(1, 8))
+      ->type_name("DEPTHS");
+  time->add_option("--one-in", options.bake_time.one_in,
+                   "Classify one in so many of the 61,440 cells of the top table (default: 40)")
       ->check(CLI::Range(1, 60000));
 
-  CLI::App* stability = app.add_subcommand("stability", "Where methods fail: parameters driven to their extremes, every answer judged exactly");
-  stability->add_option("-d,--depth", options.stability.depth, "Depth of the sidecars (default: 4)")->check(CLI::Range(1, 6));
+  CLI::App* stability = app.add_subcommand(
+      "stability", "Where methods fail: parameters driven to their extremes, every answer judged exactly");
+  stability->add_option("-d,--depth", options.stability.depth, "Depth of the sidecars (default: 4)")
+      ->check(CLI::Range(1, 6));
 
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
@@ -181,7 +218,8 @@ int main(int argc, char** argv) {
     options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
     if (instances->parsed()) return run_instances(options.instances);
     if (segments->parsed()) return run_segments(options.segments);
-    if (bake->parsed()) return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
+    if (bake->parsed())
+      return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
     if (stability->parsed()) {
       options.stability.folder = options.folder, options.stability.quick = options.quick;
       const int code = run_stability(options.stability, command, options.common.format);
@@ -189,7 +227,8 @@ int main(int argc, char** argv) {
       const int page = write_report(options.folder);  // the sweeps are a section of the pictures' report
       return code != kExitOk ? code : page;
     }
-    if (time->parsed()) return run_bake_time(options.mesh, options.bake_time, options.repetitions, options.common.format);
+    if (time->parsed())
+      return run_bake_time(options.mesh, options.bake_time, options.repetitions, options.common.format);
     if (report->parsed()) return write_report(options.folder);
     return run_all(options, command);
   });

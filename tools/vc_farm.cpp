@@ -1,4 +1,5 @@
-// vc-farm: a library over many machines. Cuts it into shards that any scheduler can run, runs them by Slurm, merges what came of them.
+// vc-farm: a library over many machines. Cuts it into shards that any scheduler can run, runs them by Slurm, merges
+// what came of them.
 #include <chrono>
 #include <cstdio>
 #include <map>
@@ -46,12 +47,15 @@ int make(const Options& options) {
   if (options.common.quiet) return kExitOk;
   if (options.common.format == OutputFormat::json) {
     Json shards = Json::array();
-    for (const Shard& shard : plan->shards) shards.push_back({{"number", shard.number}, {"assets", shard.assets}, {"seconds", shard.seconds}});
-    print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"plan", path_to_json(plan->folder)}, {"shards", shards}});
+    for (const Shard& shard : plan->shards)
+      shards.push_back({{"number", shard.number}, {"assets", shard.assets}, {"seconds", shard.seconds}});
+    print_json(
+        {{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"plan", path_to_json(plan->folder)}, {"shards", shards}});
     return kExitOk;
   }
   for (const Shard& shard : plan->shards)
-    std::printf("shard %u: %zu assets, about %s on one thread\n", shard.number, shard.assets, readable_seconds(shard.seconds).c_str());
+    std::printf("shard %u: %zu assets, about %s on one thread\n", shard.number, shard.assets,
+                readable_seconds(shard.seconds).c_str());
   return kExitOk;
 }
 
@@ -62,9 +66,15 @@ int run_shard(const Options& options, const std::vector<std::string>& bake_optio
   if (options.shard < 1 || options.shard > plan->shards.size())
     return fail({ErrorCode::usage, shown(options.plan) + ": has no shard " + std::to_string(options.shard)});
   const Shard& shard = plan->shards[options.shard - 1];
-  std::vector<std::string> command = {(program_folder() / "vc-bake").string(), "--manifest", plan->file(shard.number, ".json").string(), "--resume", "--quiet",
-                                      "--events", plan->file(shard.number, ".events.jsonl").string(),
-                                      "--report", plan->file(shard.number, ".report").string()};
+  std::vector<std::string> command = {(program_folder() / "vc-bake").string(),
+                                      "--manifest",
+                                      plan->file(shard.number, ".json").string(),
+                                      "--resume",
+                                      "--quiet",
+                                      "--events",
+                                      plan->file(shard.number, ".events.jsonl").string(),
+                                      "--report",
+                                      plan->file(shard.number, ".report").string()};
   command.insert(command.end(), bake_options.begin(), bake_options.end());
   catch_interruptions();
   const auto code = run_command(command);
@@ -91,8 +101,9 @@ Standing standing_of(const FarmPlan& plan) {
 }
 
 std::string readable(const FarmPlan& plan, const Standing& s) {
-  return std::to_string(s.shards_done) + "/" + std::to_string(plan.shards.size()) + " shards, " + std::to_string(s.ended) + "/" + std::to_string(s.assets) +
-         " assets" + (s.failed ? ", " + std::to_string(s.failed) + " failed" : "");
+  return std::to_string(s.shards_done) + "/" + std::to_string(plan.shards.size()) + " shards, " +
+         std::to_string(s.ended) + "/" + std::to_string(s.assets) + " assets" +
+         (s.failed ? ", " + std::to_string(s.failed) + " failed" : "");
 }
 
 int show_status(const Options& options) {
@@ -102,11 +113,17 @@ int show_status(const Options& options) {
   for (const Shard& shard : plan->shards) {
     const ShardState state = state_of(*plan, shard);
     const char* const word = state.done ? "done" : state.started ? "begun" : "not begun";
-    shards.push_back({{"number", shard.number}, {"state", word}, {"assets", shard.assets}, {"ended", state.ended}, {"failed", state.failed}});
+    shards.push_back({{"number", shard.number},
+                      {"state", word},
+                      {"assets", shard.assets},
+                      {"ended", state.ended},
+                      {"failed", state.failed}});
     if (options.common.format == OutputFormat::text)
-      std::printf("shard %u: %s, %zu of %zu assets ended, %zu failed\n", shard.number, word, state.ended, shard.assets, state.failed);
+      std::printf("shard %u: %s, %zu of %zu assets ended, %zu failed\n", shard.number, word, state.ended, shard.assets,
+                  state.failed);
   }
-  if (options.common.format == OutputFormat::json) print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"shards", shards}});
+  if (options.common.format == OutputFormat::json)
+    print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"shards", shards}});
   else std::printf("%s\n", readable(*plan, standing_of(*plan)).c_str());
   return kExitOk;
 }
@@ -119,20 +136,24 @@ int merge(const FarmPlan& plan, const Options& options) {
   const Json& totals = report["totals"];
   const auto count = [&](const char* key) { return totals.value(key, size_t{0}); };
   if (!options.common.quiet && options.common.format == OutputFormat::text)
-    std::printf("%zu baked, %zu up to date, %zu failed, %zu not run; %s.html\n", count("baked"), count("up_to_date"), count("failed") + count("failed_before"),
-                count("not_run"), shown(name).c_str());
-  if (count("not_run") > 0) return print_error(std::to_string(count("not_run")) + " assets are of shards that are not done"), exit_code(ErrorCode::runtime);
+    std::printf("%zu baked, %zu up to date, %zu failed, %zu not run; %s.html\n", count("baked"), count("up_to_date"),
+                count("failed") + count("failed_before"), count("not_run"), shown(name).c_str());
+  if (count("not_run") > 0)
+    return print_error(std::to_string(count("not_run")) + " assets are of shards that are not done"),
+           exit_code(ErrorCode::runtime);
   return count("failed") + count("failed_before") + report["errors"].size() > 0 ? kExitBatch : kExitOk;
 }
 
 // Submits what is neither done nor queued, follows it, and submits again what a node lost.
 class SlurmRun {
  public:
-  SlurmRun(const FarmPlan& plan, Slurm& slurm, const Options& options) : plan_(plan), slurm_(slurm), options_(options), line_("", options.common.quiet) {}
+  SlurmRun(const FarmPlan& plan, Slurm& slurm, const Options& options)
+      : plan_(plan), slurm_(slurm), options_(options), line_("", options.common.quiet) {}
 
   int run() {
     catch_interruptions();
-    for (std::set<unsigned> missing_before; !interrupted(); std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
+    for (std::set<unsigned> missing_before; !interrupted();
+         std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
       const auto queue = slurm_.queue();
       const Standing standing = standing_of(plan_);  // after the queue: what left it has written its report
       if (standing.open.empty()) break;
@@ -140,11 +161,13 @@ class SlurmRun {
         note_once(queue.error().message);
         continue;
       }
-      if (!queue->held.empty()) note_once(std::to_string(queue->held.size()) + " shards are held by Slurm: scontrol release lets them go");
+      if (!queue->held.empty())
+        note_once(std::to_string(queue->held.size()) + " shards are held by Slurm: scontrol release lets them go");
       std::vector<unsigned> missing;
       for (const unsigned shard : standing.open)
         if (!queue->shards.contains(shard)) missing.push_back(shard);
-      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice is lost.
+      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice is
+      // lost.
       std::vector<unsigned> lost;
       for (const unsigned shard : missing)
         if (submitted_.empty() || missing_before.contains(shard)) lost.push_back(shard);
@@ -164,8 +187,9 @@ class SlurmRun {
     if (shards.empty()) return std::nullopt;
     for (const unsigned shard : shards)
       if (++submitted_[shard] > options_.tries)
-        return Error{ErrorCode::runtime, "shard " + std::to_string(shard) + " was submitted " + std::to_string(options_.tries) +
-                                             " times and is not done; see " + shown(plan_.folder / "slurm-*.out")};
+        return Error{ErrorCode::runtime, "shard " + std::to_string(shard) + " was submitted " +
+                                             std::to_string(options_.tries) + " times and is not done; see " +
+                                             shown(plan_.folder / "slurm-*.out")};
     if (auto fault = slurm_.submit(shards, options_.slurm)) return fault;
     if (!options_.common.quiet) print_note(std::to_string(shards.size()) + " shards submitted");
     return std::nullopt;
@@ -201,8 +225,10 @@ int run_slurm(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Bakes a library over many machines. `plan` cuts it into shards of equal cost, in a folder that all of them reach; `run`\n"
-               "bakes one shard, started by whatever starts commands; `slurm` has Slurm do it; `merge` makes one report."};
+  CLI::App app{
+      "Bakes a library over many machines. `plan` cuts it into shards of equal cost, in a folder that all of them "
+      "reach; `run`\n"
+      "bakes one shard, started by whatever starts commands; `slurm` has Slurm do it; `merge` makes one report."};
   app.require_subcommand(1);
   const auto subcommand = [&](const char* name, const char* description) {
     CLI::App* const sub = app.add_subcommand(name, description);
@@ -213,20 +239,36 @@ int main(int argc, char** argv) {
   add_asset_request(*plan, options.request);
   plan->add_option("--shards", options.shards, "How many, at the most (default: 16)")->check(CLI::Range(1u, 1000000u));
   add_settings(*plan, options.request.settings);
-  CLI::App* const run = subcommand("run", "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was");
+  CLI::App* const run = subcommand(
+      "run", "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was");
   run->add_option("shard", options.shard, "Its number, from 1")->required()->type_name("NUMBER");
   run->prefix_command();
   CLI::App* const status = subcommand("status", "Show how far the shards are");
-  CLI::App* const slurm = subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge");
-  slurm->add_option("--bake", options.slurm.bake, "An option for vc-bake, such as --bake=--cache=DIR; any number of them")->type_name("OPTION")->expected(1)->take_all();
-  slurm->add_option("--sbatch", options.slurm.arguments, "An option for sbatch, such as --sbatch=--partition=night; any number of them")->type_name("OPTION")->expected(1)->take_all();
-  slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")->check(CLI::Range(1u, 1024u));
-  slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")->check(CLI::Range(1u, 1000u));
-  slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")->check(CLI::Range(0.1, 3600.0));
+  CLI::App* const slurm =
+      subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge");
+  slurm
+      ->add_option("--bake", options.slurm.bake,
+                   "An option for vc-bake, such as --bake=--cache=DIR; any number of them")
+      ->type_name("OPTION")
+      ->expected(1)
+      ->take_all();
+  slurm
+      ->add_option("--sbatch", options.slurm.arguments,
+                   "An option for sbatch, such as --sbatch=--partition=night; any number of them")
+      ->type_name("OPTION")
+      ->expected(1)
+      ->take_all();
+  slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")
+      ->check(CLI::Range(1u, 1024u));
+  slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")
+      ->check(CLI::Range(1u, 1000u));
+  slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")
+      ->check(CLI::Range(0.1, 3600.0));
   slurm->add_flag("--detach", options.detach, "Only submit");
   CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");
   for (CLI::App* const sub : {slurm, merge_command})
-    sub->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")->type_name("NAME");
+    sub->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")
+        ->type_name("NAME");
   for (CLI::App* const sub : {plan, run, status, slurm, merge_command}) add_common_options(*sub, options.common);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] {

@@ -43,7 +43,8 @@ struct Options {
 // A sidecar that is baked for this picture only.
 class TemporaryFile {
  public:
-  TemporaryFile() : path_(fs::temp_directory_path() / ("vc-render-" + std::to_string(std::random_device{}()) + ".vcd")) {}
+  TemporaryFile()
+      : path_(fs::temp_directory_path() / ("vc-render-" + std::to_string(std::random_device{}()) + ".vcd")) {}
   ~TemporaryFile() {
     std::error_code ignored;
     fs::remove(path_, ignored);
@@ -78,7 +79,8 @@ class Program {
       counter_.emplace(std::move(*counter));
     }
     for (const char* name : {"bvh", "vcd"}) {
-      if (options_.shadows != Shadows::both && (options_.shadows == Shadows::bvh) != (std::string(name) == "bvh")) continue;
+      if (options_.shadows != Shadows::both && (options_.shadows == Shadows::bvh) != (std::string(name) == "bvh"))
+        continue;
       if (auto error = render_variant(name)) return fail(*error);
     }
     if (auto error = write_views()) return fail(*error);
@@ -100,18 +102,20 @@ class Program {
         if (fs::exists(mesh + ".vcd")) paths.push_back(mesh + ".vcd");
     if (paths.empty()) {
       if (!options_.common.quiet)
-        print_note("no sidecar given or found: baking one for this picture, depth " + std::to_string(options_.bake.depth) +
-                   ", " + method_name(options_.bake.method) + " (vc-bake keeps it)");
+        print_note("no sidecar given or found: baking one for this picture, depth " +
+                   std::to_string(options_.bake.depth) + ", " + method_name(options_.bake.method) +
+                   " (vc-bake keeps it)");
       BakeOptions bake = options_.bake;
       bake.stop = interrupted;
       bake.threads = options_.render.threads;
       std::optional<ProgressLine> line;
       const WorldObject* current = nullptr;
-      const auto baked = bake_world(*world_, bake, temporary_.path(), [&](const WorldObject& object, const BakeProgress& p) {
-        if (current != &object) line.emplace("baking " + printable(object.mesh.name), options_.common.quiet);
-        current = &object;
-        line->update(p);
-      });
+      const auto baked =
+          bake_world(*world_, bake, temporary_.path(), [&](const WorldObject& object, const BakeProgress& p) {
+            if (current != &object) line.emplace("baking " + printable(object.mesh.name), options_.common.quiet);
+            current = &object;
+            line->update(p);
+          });
       if (!baked) return baked.error();
       paths.push_back(temporary_.path().string());
     }
@@ -136,7 +140,8 @@ class Program {
 
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
-    variant.ways = fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
+    variant.ways =
+        fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
     auto rendered = render_with(name, [&] { return caster(name, variant.ways); });
     if (!rendered) return rendered.error();
     variant.rendered = std::move(*rendered);
@@ -159,13 +164,14 @@ class Program {
 
   std::string prefix() const { return options_.output.empty() ? world_->name : options_.output; }
 
-  std::optional<Error> write_counts(const std::string& suffix, const std::vector<double> CensusPass::*counts, bool of_bvh,
-                                    const std::string& caption) {
+  std::optional<Error> write_counts(const std::string& suffix, const std::vector<double> CensusPass::*counts,
+                                    bool of_bvh, const std::string& caption) {
     double scale = 0;  // one for all, so that pictures can be compared
     for (const Variant& v : variants_) scale = std::max(scale, scale_for((*v.census).*counts));
     for (const Variant& v : variants_) {
       if (v.name == "bvh" && !of_bvh) continue;
-      if (auto error = write("-" + v.name + suffix, false_colour((*v.census).*counts, options_.render.width, options_.render.height, scale, caption)))
+      if (auto error = write("-" + v.name + suffix, false_colour((*v.census).*counts, options_.render.width,
+                                                                 options_.render.height, scale, caption)))
         return error;
     }
     return std::nullopt;
@@ -174,25 +180,34 @@ class Program {
   std::optional<Error> write_views() {
     for (const Variant& v : variants_) {
       if (!options_.wants("shaded")) break;
-      if (auto error = write("-" + v.name, tone_mapped(v.rendered.image, static_cast<float>(options_.exposure)))) return error;
+      if (auto error = write("-" + v.name, tone_mapped(v.rendered.image, static_cast<float>(options_.exposure))))
+        return error;
       if (!options_.exr) continue;
       files_.push_back(prefix() + "-" + v.name + ".exr");
       if (auto error = write_exr(files_.back(), v.rendered.image)) return error;
     }
     if (options_.wants("tests"))
-      if (auto error = write_counts("-tests", &CensusPass::pixel_tests, true, "ray-triangle tests of a pixel's shadow rays")) return error;
+      if (auto error =
+              write_counts("-tests", &CensusPass::pixel_tests, true, "ray-triangle tests of a pixel's shadow rays"))
+        return error;
     if (options_.wants("fallback"))
-      if (auto error = write_counts("-fallback", &CensusPass::pixel_open, false, "shadow rays of a pixel that needed the BVH")) return error;
+      if (auto error =
+              write_counts("-fallback", &CensusPass::pixel_open, false, "shadow rays of a pixel that needed the BVH"))
+        return error;
     if (options_.wants("difference"))
-      if (auto error = write("-difference", amplified_difference(variants_[0].rendered.image, variants_[1].rendered.image,
-                                                                 static_cast<float>(options_.amplify))))
+      if (auto error =
+              write("-difference", amplified_difference(variants_[0].rendered.image, variants_[1].rendered.image,
+                                                        static_cast<float>(options_.amplify))))
         return error;
     return std::nullopt;
   }
 
   Json describe(const Variant& v) const {
-    Json json{{"shadows", v.name}, {"packets", text_of(v.ways)}, {"seconds", v.rendered.seconds},
-              {"shadow_thread_seconds", v.rendered.shadow_seconds}, {"shadow_segments", v.rendered.shadow_segments}};
+    Json json{{"shadows", v.name},
+              {"packets", text_of(v.ways)},
+              {"seconds", v.rendered.seconds},
+              {"shadow_thread_seconds", v.rendered.shadow_seconds},
+              {"shadow_segments", v.rendered.shadow_segments}};
     if (!v.census) return json;
     json["tests"] = v.census->tests;
     if (v.name == "bvh") return json;
@@ -206,11 +221,16 @@ class Program {
     std::optional<Difference> difference;
     if (variants_.size() == 2) difference = compare(variants_[0].rendered.image, variants_[1].rendered.image);
     if (options_.common.format == OutputFormat::json) {
-      Json json{{"tool", "vc-render"}, {"version", VCD_VERSION}, {"scene", world_->name}, {"triangles", world_->triangles()},
-                {"instances", world_->instances.size()}, {"files", files_}};
+      Json json{{"tool", "vc-render"},
+                {"version", VCD_VERSION},
+                {"scene", world_->name},
+                {"triangles", world_->triangles()},
+                {"instances", world_->instances.size()},
+                {"files", files_}};
       for (const Variant& v : variants_) json["variants"].push_back(describe(v));
       if (difference)
-        json["difference"] = {{"rmse", difference->rmse}, {"maximum", difference->maximum}, {"pixels", difference->pixels}};
+        json["difference"] = {
+            {"rmse", difference->rmse}, {"maximum", difference->maximum}, {"pixels", difference->pixels}};
       return print_json(json);
     }
     if (options_.common.quiet) return;
@@ -219,16 +239,19 @@ class Program {
                 world_->instances.size() == 1 ? "" : "s",
                 readable_count(static_cast<double>(variants_[0].rendered.shadow_segments)).c_str());
     for (const Variant& v : variants_) {
-      std::printf("  %s  %s, %.1f ns a shadow ray (%s)\n", v.name.c_str(), readable_seconds(v.rendered.seconds).c_str(),
-                  1e9 * v.rendered.shadow_seconds / static_cast<double>(std::max<uint64_t>(v.rendered.shadow_segments, 1)),
-                  text_of(v.ways).c_str());
+      std::printf(
+          "  %s  %s, %.1f ns a shadow ray (%s)\n", v.name.c_str(), readable_seconds(v.rendered.seconds).c_str(),
+          1e9 * v.rendered.shadow_seconds / static_cast<double>(std::max<uint64_t>(v.rendered.shadow_segments, 1)),
+          text_of(v.ways).c_str());
       if (!v.census) continue;
-      std::printf("       %s ray-triangle tests of shadow rays", readable_count(static_cast<double>(v.census->tests)).c_str());
+      std::printf("       %s ray-triangle tests of shadow rays",
+                  readable_count(static_cast<double>(v.census->tests)).c_str());
       const KindCounts all = v.census->total();
       if (v.name == "vcd")
-        std::printf("; %.1f %% of them needed no BVH, %.4f %% got a wrong answer",
-                    100.0 * static_cast<double>(all.resolved()) / static_cast<double>(std::max<uint64_t>(all.segments, 1)),
-                    100.0 * static_cast<double>(all.wrong) / static_cast<double>(std::max<uint64_t>(all.segments, 1)));
+        std::printf(
+            "; %.1f %% of them needed no BVH, %.4f %% got a wrong answer",
+            100.0 * static_cast<double>(all.resolved()) / static_cast<double>(std::max<uint64_t>(all.segments, 1)),
+            100.0 * static_cast<double>(all.wrong) / static_cast<double>(std::max<uint64_t>(all.segments, 1)));
       std::printf("\n");
     }
     if (difference)
@@ -251,10 +274,13 @@ class Program {
 std::string check(Options& options) {
   char trailing = 0;
   if (std::sscanf(options.size.c_str(), "%ux%u%c", &options.render.width, &options.render.height, &trailing) != 2 ||
-      options.render.width < 1 || options.render.height < 1 || options.render.width > 16384 || options.render.height > 16384)
+      options.render.width < 1 || options.render.height < 1 || options.render.width > 16384 ||
+      options.render.height > 16384)
     return "--size " + options.size + ": not WIDTHxHEIGHT, each 1 to 16384";
-  if (options.wants("difference") && options.shadows != Shadows::both) return "the view difference needs --shadows both";
-  if (options.wants("fallback") && options.shadows == Shadows::bvh) return "the view fallback needs --shadows vcd or both";
+  if (options.wants("difference") && options.shadows != Shadows::both)
+    return "the view difference needs --shadows both";
+  if (options.wants("fallback") && options.shadows == Shadows::bvh)
+    return "the view fallback needs --shadows vcd or both";
   const fs::path folder = fs::path(options.output).parent_path();
   if (!folder.empty() && !fs::is_directory(folder)) return options.output + ": its folder does not exist";
   return {};
@@ -264,33 +290,44 @@ std::string check(Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights, with\n"
-               "shadow rays answered by Embree (bvh), by sidecars with Embree for what they leave open (vcd), or both."};
-  app.add_option("scene", options.names, "A generated scene, or mesh files")->required()->type_name("sierpinski|hairball|forest|MESH...");
-  const std::map<std::string, Shadows> kShadows = {{"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
+  CLI::App app{
+      "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights, with\n"
+      "shadow rays answered by Embree (bvh), by sidecars with Embree for what they leave open (vcd), or both."};
+  app.add_option("scene", options.names, "A generated scene, or mesh files")
+      ->required()
+      ->type_name("sierpinski|hairball|forest|MESH...");
+  const std::map<std::string, Shadows> kShadows = {
+      {"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
   app.add_option("--shadows", options.shadows, "Who answers (default: vcd)")
       ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
       ->type_name("bvh|vcd|both");
-  app.add_option("--views", options.views, "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
+  app.add_option("--views", options.views,
+                 "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
                  "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}).description(""))
       ->type_name("shaded|tests|fallback|difference");
-  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")->type_name("PATH");
+  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")
+      ->type_name("PATH");
   app.add_flag("--exr", options.exr, "Write the shaded pictures as linear OpenEXR too");
   app.add_option("--size", options.size, "Of the picture (default: 480x320)")->type_name("WxH");
-  app.add_option("--pixel-samples", options.render.pixel_samples, "Camera rays a pixel (default: 16)")->check(CLI::Range(1, 4096));
-  app.add_option("--light-samples", options.render.light_samples, "Shadow rays from each point to each light (default: 128)")
+  app.add_option("--pixel-samples", options.render.pixel_samples, "Camera rays a pixel (default: 16)")
+      ->check(CLI::Range(1, 4096));
+  app.add_option("--light-samples", options.render.light_samples,
+                 "Shadow rays from each point to each light (default: 128)")
       ->check(CLI::Range(size_t{1}, kMaxBundle));
   app.add_option("--seed", options.render.seed, "Of the samples (default: 1)");
   app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
   app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
-  app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")->check(CLI::PositiveNumber);
-  app.add_option("--sidecar", options.sidecars, "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
+  app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--sidecar", options.sidecars,
+                 "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
       ->allow_extra_args(false)
       ->type_name("SIDECAR");
-  app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")->check(CLI::Range(1, 8));
+  app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
+      ->check(CLI::Range(1, 8));
   add_method_options(app, options.bake);
   add_scene_options(app, options.scene);
   add_common_options(app, options.common);

@@ -1,11 +1,12 @@
-// vc-verify: are sidecars well-formed, do they belong to their meshes, do they keep their promises, and has every mesh one?
+// vc-verify: are sidecars well-formed, do they belong to their meshes, do they keep their promises, and has every mesh
+// one?
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 
 #include "common/audit_report.h"
-#include "common/program.h"
 #include "common/paths.h"
+#include "common/program.h"
 #include "verify/reports.h"
 
 namespace {
@@ -25,8 +26,8 @@ int list_findings(const Options& options) {
   Json json = Json::array();
   for (const FindingInfo* info : verify::every_finding()) {
     const char* severity = info->severity == Severity::error ? "error" : "warning";
-    json.push_back({{"id", info->id}, {"severity", severity}, {"message", info->message},
-                    {"spec_section", info->spec_section}});
+    json.push_back(
+        {{"id", info->id}, {"severity", severity}, {"message", info->message}, {"spec_section", info->spec_section}});
     if (options.common.format == OutputFormat::json) continue;
     const std::string section = *info->spec_section ? std::string(" [") + info->spec_section + "]" : "";
     std::printf("%-24s %-8s %s%s\n", info->id, severity, info->message, section.c_str());
@@ -53,7 +54,8 @@ std::string fault_of(Options& options) {
     return options.segment + ": not eight numbers with commas";
   if (!options.segment.empty()) options.run.check.segment = segment;
   for (const std::string& report : {options.sarif, options.junit})
-    if (const std::string fault = report.empty() ? "" : fault_of_report(report, options); !fault.empty()) return shown(report) + ": " + fault;
+    if (const std::string fault = report.empty() ? "" : fault_of_report(report, options); !fault.empty())
+      return shown(report) + ": " + fault;
   if (!options.sarif.empty() && !options.junit.empty() && place_of(options.sarif) == place_of(options.junit))
     return shown(options.sarif) + ": two reports for one file";
   return {};
@@ -98,28 +100,35 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("files", options.run.inputs,
                  "Sidecars, folders with sidecars anywhere below, patterns (* ? [ ] **); @FILE: a list of them")
       ->type_name("SIDECAR...");
-  auto* const against = app.add_option("--against", check.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
-  app.add_option("--against-library", options.run.against_libraries,
-                 "Folder of assets (repeatable): each sidecar is held against the mesh below it with the same geometry,\n"
-                 "whatever the names; and each mesh must have a sidecar")
+  auto* const against =
+      app.add_option("--against", check.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
+  app.add_option(
+         "--against-library", options.run.against_libraries,
+         "Folder of assets (repeatable): each sidecar is held against the mesh below it with the same geometry,\n"
+         "whatever the names; and each mesh must have a sidecar")
       ->type_name("DIR")
       ->allow_extra_args(false)
       ->excludes(against);
-  app.add_option("--allow", options.allowed, "What to warn of instead of failing, with commas: findings of a library, see below")
+  app.add_option("--allow", options.allowed,
+                 "What to warn of instead of failing, with commas: findings of a library, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"orphaned", "missing", "unreadable-asset"}).description(""))
       ->type_name("orphaned|missing|unreadable-asset");
   app.add_option("-j,--threads", options.run.threads,
-                 "Files at a time, and threads in all; 0: all processors (default). Each file at work is in memory. The output\n"
+                 "Files at a time, and threads in all; 0: all processors (default). Each file at work is in memory. "
+                 "The output\n"
                  "does not depend on it")
       ->check(CLI::Range(0, 1024));
-  app.add_option("--lines", check.audit.lines, "Fresh lines to ask and trace, a third of them aimed at the mesh (default: 1000000)")
+  app.add_option("--lines", check.audit.lines,
+                 "Fresh lines to ask and trace, a third of them aimed at the mesh (default: 1000000)")
       ->check(CLI::Range(9, 2000000000));
   app.add_option("--seed", check.audit.seed, "Seed of the fresh lines (default: 1)");
-  app.add_option("--keep", check.audit.keep, "Contradictions to list for each object, at most; all are counted (default: 10)");
+  app.add_option("--keep", check.audit.keep,
+                 "Contradictions to list for each object, at most; all are counted (default: 10)");
   app.add_option("--max-wrong", check.max_wrong,
-                 "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: 0.001).\n"
+                 "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: "
+                 "0.001).\n"
                  "A wrong proven answer is never accepted")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
@@ -140,8 +149,10 @@ An asset may be both missing and what a sidecar is stale against; several of one
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Checks .vcd sidecars: first the file, byte by byte; then, with --against, --against-library or embedded geometry,\n"
-               "that it belongs to the mesh, and its answers against traced rays."};
+  CLI::App app{
+      "Checks .vcd sidecars: first the file, byte by byte; then, with --against, --against-library or embedded "
+      "geometry,\n"
+      "that it belongs to the mesh, and its answers against traced rays."};
   add_options(app, options);
   add_common_options(app, options.common);
   app.footer(kLibraryHelp + std::string("\n\n") + app.get_footer());

@@ -84,7 +84,8 @@ AuditCounts AuditReport::sum(bool aimed) const {
   return sum;
 }
 
-AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options) {
+AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven,
+                  const AuditOptions& options) {
   const Audit audit(mesh, answers, proven);
 
   AuditReport report;

@@ -16,7 +16,7 @@ class AuditLines {
  private:
   using Vec = std::array<double, 3>;
   double uniform() { return std::generate_canonical<double, 53>(random_); }
-  Vec direction();                  // uniform on the sphere
+  Vec direction();  // uniform on the sphere
   Vec point_on_face(uint32_t face);
   Vec point_on_mesh();
   Segment through(const Vec& point, Vec along);  // from outside the box, beyond it on both sides

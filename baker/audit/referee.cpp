@@ -65,7 +65,9 @@ void Referee::build(size_t node, size_t begin, size_t end) {
   const auto extent = [&](int a) { return static_cast<double>(box.max[a]) - box.min[a]; };
   for (int a = 1; a < 3; ++a)
     if (extent(a) > extent(widest)) widest = a;
-  const auto position = [&](const Triangle& t) { return static_cast<double>(t[0][widest]) + t[1][widest] + t[2][widest]; };
+  const auto position = [&](const Triangle& t) {
+    return static_cast<double>(t[0][widest]) + t[1][widest] + t[2][widest];
+  };
   const size_t middle = begin + (end - begin) / 2;
   const auto at = [&](size_t i) { return triangles_.begin() + static_cast<std::ptrdiff_t>(i); };
   std::nth_element(at(begin), at(middle), at(end),

@@ -55,7 +55,9 @@ int certain_sign(const TripleProduct& p) {
 constexpr int kScaleBits = 149;
 Integer scaled(float x) { return Integer(std::ldexp(static_cast<double>(x), kScaleBits)); }
 template <class Floats>
-Vec<Integer> scaled(const Floats& v) { return {scaled(v[0]), scaled(v[1]), scaled(v[2])}; }
+Vec<Integer> scaled(const Floats& v) {
+  return {scaled(v[0]), scaled(v[1]), scaled(v[2])};
+}
 
 Integer dot(const Vec<Integer>& a, const Vec<Integer>& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Vec<Integer> cross(const Vec<Integer>& a, const Vec<Integer>& b) {

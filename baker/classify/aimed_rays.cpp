@@ -82,8 +82,8 @@ void silhouette_edges(const TriangleGroups& groups, const Surface& surface, cons
 }
 
 uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteEdge>& edges, RTCRay16& rays) {
-  constexpr uint32_t kTries = 6;          // to find a line of the cell that passes a point of an edge
-  constexpr double kBeside = 0x1p-8;      // how far beside, in widths of the cell
+  constexpr uint32_t kTries = 6;      // to find a line of the cell that passes a point of an edge
+  constexpr double kBeside = 0x1p-8;  // how far beside, in widths of the cell
   const auto [low, high] = squares(cell);
   const uint32_t normal = face_axes(kFacePair[cell.pair].high).normal;
   const double width = double{kGrid} / (1u << cell.level);
@@ -104,7 +104,8 @@ uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteE
       if (!(length > 0)) continue;
       const uint32_t before = count;
       for (double sign : {-kBeside, kBeside}) {
-        Vec d = minus(mix(point, {point[0] + side[0], point[1] + side[1], point[2] + side[2]}, sign * width / length), from);
+        Vec d = minus(mix(point, {point[0] + side[0], point[1] + side[1], point[2] + side[2]}, sign * width / length),
+                      from);
         const double stretch = (high.min[normal] - from[normal]) / d[normal];
         bool inside = stretch > 0;
         for (size_t a = 0; a < 3; ++a) {

@@ -47,8 +47,8 @@ class CellClassifier {
  public:
   virtual ~CellClassifier() = default;
 
-  // A cell's class; kDeeper where its children have to be asked. deepest: it has none, so that kDeeper is never the answer.
-  // Depends on nothing else. Safe from any thread, each with a workspace of its own.
+  // A cell's class; kDeeper where its children have to be asked. deepest: it has none, so that kDeeper is never the
+  // answer. Depends on nothing else. Safe from any thread, each with a workspace of its own.
   virtual uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const = 0;
 };
 

@@ -46,7 +46,8 @@ Side side_of(const Line& line, const std::array<double, 3>& d, const TriangleClu
 
 }  // namespace
 
-bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line, std::vector<Crossing>& into) {
+bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line,
+               std::vector<Crossing>& into) {
   into.clear();
   std::array<double, 3> d;
   uint32_t main = 0;
@@ -72,9 +73,8 @@ bool crossings(const TriangleGroups& groups, const Candidates& candidates, const
     }
     return sure;
   });
-  std::sort(into.begin(), into.end(), [](const Crossing& x, const Crossing& y) {
-    return x.at != y.at ? x.at < y.at : x.triangle < y.triangle;
-  });
+  std::sort(into.begin(), into.end(),
+            [](const Crossing& x, const Crossing& y) { return x.at != y.at ? x.at < y.at : x.triangle < y.triangle; });
   return sure;
 }
 

@@ -20,6 +20,7 @@ struct Crossing {
 
 // The crossings, in order along the line. False if the line passes some triangle's edge or vertex too closely for
 // double precision to tell on which side; then try another line.
-bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line, std::vector<Crossing>& into);
+bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line,
+               std::vector<Crossing>& into);
 
 }  // namespace vcd

@@ -32,7 +32,8 @@ HWY_INLINE Floats dot(Floats nx, Floats x, Floats ny, Floats y, Floats nz, Float
   return hn::Add(hn::Add(hn::Mul(nx, x), hn::Mul(ny, y)), hn::Mul(nz, z));
 }
 
-size_t SelectClusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count, ClusterMask* into) {
+size_t SelectClusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count,
+                      ClusterMask* into) {
   size_t selected = 0;
   for (size_t c = 0; c < count; ++c) {
     const ClusterGroup& group = groups[from[c].group];
@@ -42,9 +43,9 @@ size_t SelectClusters(const ClusterGroup* groups, const Shaft& shaft, const Clus
       for (uint32_t k = 0; k < shaft.planes; ++k) {
         // The corner of each box that lies deepest inside the plane.
         const float nx = shaft.normal[0][k], ny = shaft.normal[1][k], nz = shaft.normal[2][k];
-        const Floats nearest = dot(all(nx), load((nx > 0 ? group.min[0] : group.max[0]) + i),
-                                   all(ny), load((ny > 0 ? group.min[1] : group.max[1]) + i),
-                                   all(nz), load((nz > 0 ? group.min[2] : group.max[2]) + i));
+        const Floats nearest = dot(all(nx), load((nx > 0 ? group.min[0] : group.max[0]) + i), all(ny),
+                                   load((ny > 0 ? group.min[1] : group.max[1]) + i), all(nz),
+                                   load((nz > 0 ? group.min[2] : group.max[2]) + i));
         out = hn::Or(out, hn::Gt(nearest, all(shaft.offset[k])));
       }
       outside |= bits_of(out) << i;
@@ -63,9 +64,11 @@ uint32_t TrianglesNear(const Shaft& shaft, const TriangleCluster& cluster) {
     for (uint32_t k = 0; k < shaft.planes; ++k) {
       const Floats nx = all(shaft.normal[0][k]), ny = all(shaft.normal[1][k]), nz = all(shaft.normal[2][k]);
       const auto beyond = [&](const float(&corner)[3][kLanes]) HWY_ATTR {
-        return hn::Gt(dot(nx, load(corner[0] + i), ny, load(corner[1] + i), nz, load(corner[2] + i)), all(shaft.offset[k]));
+        return hn::Gt(dot(nx, load(corner[0] + i), ny, load(corner[1] + i), nz, load(corner[2] + i)),
+                      all(shaft.offset[k]));
       };
-      out = hn::Or(out, hn::And(hn::And(beyond(cluster.corner[0]), beyond(cluster.corner[1])), beyond(cluster.corner[2])));
+      out = hn::Or(out,
+                   hn::And(hn::And(beyond(cluster.corner[0]), beyond(cluster.corner[1])), beyond(cluster.corner[2])));
     }
     outside |= bits_of(out) << i;
   }
@@ -96,7 +99,8 @@ HWY_INLINE uint32_t measure(const Shaft& shaft, const Position& vertex, float* d
   uint32_t outside = 0;
   for (size_t i = 0; i < kLanes; i += kStep) {
     const Floats d = hn::Sub(dot(load(shaft.normal[0] + i), all(vertex[0]), load(shaft.normal[1] + i), all(vertex[1]),
-                                 load(shaft.normal[2] + i), all(vertex[2])), load(shaft.offset + i));
+                                 load(shaft.normal[2] + i), all(vertex[2])),
+                             load(shaft.offset + i));
     hn::Store(d, Tag(), distance + i);
     outside |= bits_of(hn::Gt(d, hn::Zero(Tag()))) << i;
   }
@@ -190,7 +194,8 @@ HWY_EXPORT(TrianglesNear);
 HWY_EXPORT(TrianglesAround);
 HWY_EXPORT(FloodSurface);
 
-size_t select_clusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count, ClusterMask* into) {
+size_t select_clusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count,
+                       ClusterMask* into) {
   return HWY_DYNAMIC_DISPATCH(SelectClusters)(groups, shaft, from, count, into);
 }
 uint32_t triangles_near(const Shaft& shaft, const TriangleCluster& cluster) {

@@ -31,7 +31,8 @@ struct ClusterMask {
 
 // Copies those clusters of `from` to `into` whose boxes no plane of the shaft separates from it; returns how many masks
 // that are. into has room for `count`.
-size_t select_clusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count, ClusterMask* into);
+size_t select_clusters(const ClusterGroup* groups, const Shaft& shaft, const ClusterMask* from, size_t count,
+                       ClusterMask* into);
 
 // Bit k: no plane of the shaft separates triangle k from it.
 uint32_t triangles_near(const Shaft& shaft, const TriangleCluster& cluster);

@@ -35,7 +35,8 @@ RTCRay16 second_half(const RTCRay16& rays) {
 }
 
 // Lines through a cell at the same place in both squares, one after the other until one passes no edge too closely.
-constexpr std::array<std::array<double, 4>, 3> kPlaces = {{{0.5, 0.5, 0.5, 0.5}, {0.4375, 0.5625, 0.578125, 0.453125}, {0.578125, 0.4375, 0.484375, 0.609375}}};
+constexpr std::array<std::array<double, 4>, 3> kPlaces = {
+    {{0.5, 0.5, 0.5, 0.5}, {0.4375, 0.5625, 0.578125, 0.453125}, {0.578125, 0.4375, 0.484375, 0.609375}}};
 
 Line line_through(const Cell& cell, const std::array<double, 4>& place) {
   const auto [low, high] = squares(cell);
@@ -60,7 +61,9 @@ ProvenClassifier::ProvenClassifier(const PreparedMesh& mesh, const Tracer& trace
       groups_(positions_in_grid(mesh), mesh.triangles),
       surface_(positions_in_grid(mesh), mesh.triangles, pair_edges(mesh.positions, mesh.triangles)),
       rays_alone_(options.statistical_tier && proofs_fail()),
-      samples_(options.samples ? options.samples : rays_alone_ ? 81 : 256),
+      samples_(options.samples ? options.samples
+               : rays_alone_   ? 81
+                               : 256),
       statistical_(tracer, samples_, options.seed + 1),
       parent_rays_(tracer, 256, options.seed + 3) {}
 
@@ -93,8 +96,8 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   });
   if (!sure) return false;
 
-  // A blocking sheet is crossed by each line an odd number of times, so by this one: every sheet is found that there is.
-  // First the outermost triangles, from both ends, then those between.
+  // A blocking sheet is crossed by each line an odd number of times, so by this one: every sheet is found that there
+  // is. First the outermost triangles, from both ends, then those between.
   Surface::Flood& flood = workspace.flood;
   flood.begin(triangle_count_);
   size_t tried = 0;
@@ -109,12 +112,13 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   return false;
 }
 
-// No proof: first rays where a gap would be, then rays all over the cell. In foliage there are edges everywhere, and rays
-// all over find as much.
+// No proof: first rays where a gap would be, then rays all over the cell. In foliage there are edges everywhere, and
+// rays all over find as much.
 bool ProvenClassifier::statistically_blocked(const Cell& cell, Workspace& workspace) const {
   if (rays_alone_) return statistical_.classify(cell, workspace.rays) == CellVerdict::blocked;
   const Shaft shaft = make_shaft(cell);
-  silhouette_edges(groups_, surface_, cell, shaft, workspace.path.of(groups_, cell, shaft), kMostEdges, workspace.edges);
+  silhouette_edges(groups_, surface_, cell, shaft, workspace.path.of(groups_, cell, shaft), kMostEdges,
+                   workspace.edges);
   RTCRay16 rays;
   const uint32_t aimed = aim_rays(cell, seed_ + 2, workspace.edges, rays);
   const uint32_t width = tracer_.packet_width();
@@ -139,7 +143,8 @@ bool ProvenClassifier::parent_blocked(const Cell& parent, Workspace& workspace) 
 
 uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& workspace) const {
   const uint32_t undecided = deepest ? kUnclassified : kDeeper;
-  if (rays_alone_ && deepest && cell.level > 0 && parent_blocked(cell.parent(), workspace)) return kStatisticallyBlocked;
+  if (rays_alone_ && deepest && cell.level > 0 && parent_blocked(cell.parent(), workspace))
+    return kStatisticallyBlocked;
   const CellVerdict look = first_look_.classify(cell, workspace.rays);
   if (look == CellVerdict::mixed) return undecided;
   if (look == CellVerdict::clear) return prove_clear(cell, workspace) ? kClear : undecided;

@@ -24,7 +24,8 @@ class ProvenClassifier : public CellClassifier {
 
   uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 
-  // Whether proofs of blocked hardly ever succeed, as in foliage and hair, so that with a statistical tier none is tried.
+  // Whether proofs of blocked hardly ever succeed, as in foliage and hair, so that with a statistical tier none is
+  // tried.
   bool rays_alone() const { return rays_alone_; }
   uint32_t samples() const { return samples_; }  // of the statistical tier
 

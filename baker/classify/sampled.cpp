@@ -8,7 +8,12 @@
 
 namespace vcd {
 SampledClassifier::SampledClassifier(const Tracer& tracer, uint32_t samples, uint64_t seed)
-    : tracer_(tracer), samples_(samples), strata_(samples == 16 ? 2 : samples == 81 ? 3 : 4), seed_(seed) {
+    : tracer_(tracer),
+      samples_(samples),
+      strata_(samples == 16   ? 2
+              : samples == 81 ? 3
+                              : 4),
+      seed_(seed) {
   // The order spreads the first packets of eight and sixteen over the whole cell, since most mixed cells are found out
   // there: for 2 and 4 strata, eight halves of even parity, then the odd ones.
   for (uint32_t i = 0; i < samples; ++i) {
@@ -22,8 +27,7 @@ SampledClassifier::SampledClassifier(const Tracer& tracer, uint32_t samples, uin
   }
 }
 
-void SampledClassifier::fill(const Cell& cell, uint32_t first, uint32_t count, uint32_t lanes,
-                             RTCRay16& rays) const {
+void SampledClassifier::fill(const Cell& cell, uint32_t first, uint32_t count, uint32_t lanes, RTCRay16& rays) const {
   float* const origin[3] = {rays.org_x, rays.org_y, rays.org_z};
   float* const direction[3] = {rays.dir_x, rays.dir_y, rays.dir_z};
   const FaceAxes low = face_axes(kFacePair[cell.pair].low), high = face_axes(kFacePair[cell.pair].high);

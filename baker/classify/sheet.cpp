@@ -23,8 +23,9 @@ void Surface::Flood::begin(size_t triangles) {
 bool Surface::flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const {
   flood.stack_.resize(std::max<size_t>(flood.stack_.size(), limit + 4));
   ++flood.stamp_;
-  const FloodState state{vertices_.data(),    triangles_.data(), neighbour_.data(), flood.stamps_.data(),
-                         flood.first_,        flood.stamp_,      limit,             flood.stack_.data()};
+  const FloodState state{
+      vertices_.data(),   triangles_.data(), neighbour_.data(), flood.stamps_.data(), flood.first_, flood.stamp_, limit,
+      flood.stack_.data()};
   return flood_surface(state, shaft, seed);
 }
 

@@ -15,14 +15,15 @@ namespace vcd {
 class Surface {
  public:
   // neighbour: pair_edges() of the triangles. All three are copied.
-  Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles, std::vector<uint32_t> neighbour);
+  Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
+          std::vector<uint32_t> neighbour);
 
   // One thread's memory of what a flood has reached.
   class Flood {
    public:
     // Forgets what earlier floods have reached. For each shaft, before its first flood.
     void begin(size_t triangles);
-    bool reached(uint32_t triangle) const { return stamps_[triangle] == stamp_; }       // by the last flood
+    bool reached(uint32_t triangle) const { return stamps_[triangle] == stamp_; }         // by the last flood
     bool reached_before(uint32_t triangle) const { return stamps_[triangle] >= first_; }  // by any since begin()
 
    private:
@@ -37,10 +38,10 @@ class Surface {
   uint32_t neighbour(uint32_t triangle, uint32_t edge) const { return neighbour_[3 * size_t{triangle} + edge]; }
 
   // Spreads from a triangle that was not reached before through every edge that meets the shaft. True if it ends at no
-  // boundary edge that meets the shaft and within `limit` triangles: then each segment between the shaft's two squares crosses the triangles reached
-  // an even number of times, or each an odd number (intersection numbers modulo 2: Guillemin and Pollack 1974, 2.4; as
-  // a test for occluders: Navazo et al. 2003).
-  // A flood that comes to what a failed one has reached fails too.
+  // boundary edge that meets the shaft and within `limit` triangles: then each segment between the shaft's two squares
+  // crosses the triangles reached an even number of times, or each an odd number (intersection numbers modulo 2:
+  // Guillemin and Pollack 1974, 2.4; as a test for occluders: Navazo et al. 2003). A flood that comes to what a failed
+  // one has reached fails too.
   bool flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const;
 
  private:

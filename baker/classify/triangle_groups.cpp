@@ -9,23 +9,24 @@
 namespace vcd {
 namespace {
 
-
 // Splits order[first, last) so that each part but the last is a whole number of `unit` triangles.
 void split(std::span<const Position> centroids, std::span<uint32_t> order, size_t unit) {
   if (order.size() <= kLanes) return;
   if (order.size() <= unit) unit = kLanes;
   Position low = centroids[order[0]], high = low;
   for (uint32_t t : order)
-    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], centroids[t][a]), high[a] = std::max(high[a], centroids[t][a]);
+    for (int a = 0; a < 3; ++a)
+      low[a] = std::min(low[a], centroids[t][a]), high[a] = std::max(high[a], centroids[t][a]);
   int axis = 0;
   for (int a = 1; a < 3; ++a)
     if (high[a] - low[a] > high[axis] - low[axis]) axis = a;
   const size_t units = (order.size() + unit - 1) / unit;
   const size_t middle = std::max<size_t>(units / 2, 1) * unit;
   if (middle >= order.size()) return;
-  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(middle), order.end(), [&](uint32_t x, uint32_t y) {
-    return centroids[x][axis] != centroids[y][axis] ? centroids[x][axis] < centroids[y][axis] : x < y;
-  });
+  std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(middle), order.end(),
+                   [&](uint32_t x, uint32_t y) {
+                     return centroids[x][axis] != centroids[y][axis] ? centroids[x][axis] < centroids[y][axis] : x < y;
+                   });
   split(centroids, order.first(middle), unit);
   split(centroids, order.subspan(middle), unit);
 }
@@ -104,7 +105,8 @@ bool triangle_meets(const Shaft& shaft, const Position& p, const Position& q, co
   for (const Position* x : {&p, &q, &r}) {
     bool inside = true;
     for (uint32_t k = 0; k < shaft.planes; ++k) {
-      polygon[count][k] = static_cast<double>(shaft.normal[0][k]) * (*x)[0] + static_cast<double>(shaft.normal[1][k]) * (*x)[1] +
+      polygon[count][k] = static_cast<double>(shaft.normal[0][k]) * (*x)[0] +
+                          static_cast<double>(shaft.normal[1][k]) * (*x)[1] +
                           static_cast<double>(shaft.normal[2][k]) * (*x)[2] - static_cast<double>(shaft.offset[k]);
       inside &= polygon[count][k] <= 0;
     }

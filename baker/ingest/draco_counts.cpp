@@ -11,9 +11,7 @@ namespace vcd {
 
 namespace {
 
-constexpr uint16_t version(uint8_t major, uint8_t minor) {
-  return static_cast<uint16_t>(major << 8 | minor);
-}
+constexpr uint16_t version(uint8_t major, uint8_t minor) { return static_cast<uint16_t>(major << 8 | minor); }
 
 // Counts became variable-length in one version or another, depending on the method.
 std::optional<uint32_t> read_count(draco::DecoderBuffer& buffer, bool variable_length) {
@@ -57,10 +55,8 @@ std::optional<DracoCounts> read_draco_counts(draco::DecoderBuffer& buffer) {
     draco::GeometryMetadata metadata;
     if (!draco::MetadataDecoder().DecodeGeometryMetadata(&buffer, &metadata)) return std::nullopt;
   }
-  if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING)
-    return read_sequential(buffer, stream_version);
-  if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING)
-    return read_edgebreaker(buffer, stream_version);
+  if (header.encoder_method == draco::MESH_SEQUENTIAL_ENCODING) return read_sequential(buffer, stream_version);
+  if (header.encoder_method == draco::MESH_EDGEBREAKER_ENCODING) return read_edgebreaker(buffer, stream_version);
   return std::nullopt;
 }
 

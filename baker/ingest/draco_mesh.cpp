@@ -18,9 +18,7 @@ namespace vcd {
 
 namespace {
 
-Error invalid(std::string message) {
-  return {ErrorCode::invalid_file, std::move(message)};
-}
+Error invalid(std::string message) { return {ErrorCode::invalid_file, std::move(message)}; }
 
 draco::DecoderBuffer buffer_over(std::span<const uint8_t> bytes) {
   draco::DecoderBuffer buffer;
@@ -51,8 +49,7 @@ bool read_position(const draco::PointAttribute& attribute, draco::AttributeValue
   return true;
 }
 
-Result<std::vector<Position>> read_positions(const draco::Mesh& mesh,
-                                             const draco::PointAttribute& attribute) {
+Result<std::vector<Position>> read_positions(const draco::Mesh& mesh, const draco::PointAttribute& attribute) {
   if (attribute.num_components() != 3) return invalid("the Draco position attribute has not 3 components");
   // libdraco would read any byte as a bool, which is undefined.
   if (attribute.data_type() == draco::DT_BOOL) return invalid("the Draco positions are truth values");
@@ -60,8 +57,7 @@ Result<std::vector<Position>> read_positions(const draco::Mesh& mesh,
   std::vector<Position> positions(mesh.num_points());
   for (uint32_t point = 0; point < mesh.num_points(); ++point) {
     const draco::AttributeValueIndex value = attribute.mapped_index(draco::PointIndex(point));
-    if (value.value() >= attribute.size() ||
-        !read_position(attribute, value, as_integers, positions[point])) {
+    if (value.value() >= attribute.size() || !read_position(attribute, value, as_integers, positions[point])) {
       return invalid("Draco point " + std::to_string(point) + " has no position");
     }
   }
@@ -75,8 +71,8 @@ Result<std::vector<TriangleIndices>> read_triangles(const draco::Mesh& mesh) {
     for (size_t corner = 0; corner < 3; ++corner) {
       const uint32_t point = corners[corner].value();
       if (point >= mesh.num_points()) {
-        return invalid("Draco face " + std::to_string(face) + " names point " + std::to_string(point) +
-                       ", there are " + std::to_string(mesh.num_points()));
+        return invalid("Draco face " + std::to_string(face) + " names point " + std::to_string(point) + ", there are " +
+                       std::to_string(mesh.num_points()));
       }
       triangles[face][corner] = point;
     }
@@ -108,16 +104,14 @@ Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes, std::optional<uin
                  "the Draco stream cannot be decoded: " + decoded.status().error_msg_string()};
   }
   const std::unique_ptr<draco::Mesh> mesh = std::move(decoded).value();
-  const draco::PointAttribute* attribute = position_id
-                                               ? mesh->GetAttributeByUniqueId(*position_id)
-                                               : mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
+  const draco::PointAttribute* attribute = position_id ? mesh->GetAttributeByUniqueId(*position_id)
+                                                       : mesh->GetNamedAttribute(draco::GeometryAttribute::POSITION);
   if (attribute == nullptr) return invalid("the Draco mesh has no such position attribute");
   Result<std::vector<Position>> positions = read_positions(*mesh, *attribute);
   if (!positions) return positions.error();
   Result<std::vector<TriangleIndices>> triangles = read_triangles(*mesh);
   if (!triangles) return triangles.error();
-  return DracoMesh{std::move(*positions), std::move(*triangles),
-                   draco::IsDataTypeIntegral(attribute->data_type())};
+  return DracoMesh{std::move(*positions), std::move(*triangles), draco::IsDataTypeIntegral(attribute->data_type())};
 }
 
 Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) try {

@@ -7,9 +7,9 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string_view>
 #include <optional>
 #include <span>
+#include <string_view>
 #include <vector>
 
 namespace vcd {
@@ -26,8 +26,7 @@ struct DracoMesh {
 // for gigabytes. libdraco itself is not safe on hostile bytes: run this in a process that may die. Errors:
 // invalid_file (not Draco, corrupt, a point cloud, no position), unsupported (a newer bitstream).
 // position_id: unique id of the attribute to take; by default the first of type POSITION.
-Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes,
-                               std::optional<uint32_t> position_id = std::nullopt);
+Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes, std::optional<uint32_t> position_id = std::nullopt);
 
 // Reads a .drc file as one mesh; see ingest().
 Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);

@@ -58,8 +58,7 @@ class GltfReader {
     ingested_.meshes.back().source_index = index;
   }
 
-  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place,
-                      GltfMeshBuilder& builder) {
+  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place, GltfMeshBuilder& builder) {
     const GltfMode mode = mode_of(primitive);
     if (!makes_triangles(mode)) {
       ++points_or_lines_;
@@ -79,8 +78,7 @@ class GltfReader {
       }
     }
     const size_t unused = builder.append(primitive);
-    if (unused > 0)
-      note(place + ": the last " + std::to_string(unused) + " of its vertices form no triangle");
+    if (unused > 0) note(place + ": the last " + std::to_string(unused) + " of its vertices form no triangle");
   }
 
   std::string summary() const {
@@ -110,7 +108,8 @@ class GltfReader {
 
 }  // namespace
 
-Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options) try {
+Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view bytes,
+                             const IngestOptions& options) try {
   return GltfReader(path, bytes, options).read();
 } catch (const GltfFailure& failure) {
   return file_error(path, failure.error.code, failure.error.message);

@@ -21,14 +21,11 @@ struct Accessor {
 uint32_t size_of(GltfComponent component) {
   switch (component) {
     case GltfComponent::int8:
-    case GltfComponent::uint8:
-      return 1;
+    case GltfComponent::uint8: return 1;
     case GltfComponent::int16:
-    case GltfComponent::uint16:
-      return 2;
+    case GltfComponent::uint16: return 2;
     case GltfComponent::uint32:
-    case GltfComponent::float32:
-      return 4;
+    case GltfComponent::float32: return 4;
   }
   return 0;  // not one of glTF's
 }
@@ -37,11 +34,9 @@ Accessor accessor_of(const GltfDocument& document, uint32_t index, uint32_t comp
   const GltfObject object = document.element("accessors", index);
   Accessor accessor{object, {}, 0, 0, 0};
   const uint64_t component = object.integer("componentType");
-  accessor.type = {static_cast<GltfComponent>(std::min<uint64_t>(component, UINT32_MAX)),
-                   object.flag("normalized")};
+  accessor.type = {static_cast<GltfComponent>(std::min<uint64_t>(component, UINT32_MAX)), object.flag("normalized")};
   accessor.component_size = size_of(accessor.type.component);
-  if (accessor.component_size == 0)
-    object.fail("componentType " + std::to_string(component) + " does not exist");
+  if (accessor.component_size == 0) object.fail("componentType " + std::to_string(component) + " does not exist");
   accessor.element_size = accessor.component_size * component_count;
   accessor.count = object.integer("count");
   if (accessor.count == 0) object.fail("count is 0");
@@ -52,13 +47,11 @@ Accessor position_accessor(const GltfDocument& document, uint32_t index) {
   const Accessor accessor = accessor_of(document, index, 3);
   const std::string type = accessor.object.text_or("type", "");
   if (type != "VEC3") accessor.object.fail("positions must be VEC3, not " + quoted(type));
-  if (accessor.type.component == GltfComponent::uint32)
-    accessor.object.fail("positions cannot be 32-bit integers");
+  if (accessor.type.component == GltfComponent::uint32) accessor.object.fail("positions cannot be 32-bit integers");
   if (accessor.type.component == GltfComponent::float32) {
     if (accessor.type.normalized) accessor.object.fail("float components cannot be normalized");
   } else if (!document.uses_extension("KHR_mesh_quantization")) {
-    accessor.object.fail(
-        "integer positions need the extension KHR_mesh_quantization, which the file does not list");
+    accessor.object.fail("integer positions need the extension KHR_mesh_quantization, which the file does not list");
   }
   return accessor;
 }
@@ -68,8 +61,8 @@ Accessor index_accessor(const GltfDocument& document, uint32_t index) {
   const std::string type = accessor.object.text_or("type", "");
   if (type != "SCALAR") accessor.object.fail("indices must be SCALAR, not " + quoted(type));
   const GltfComponent component = accessor.type.component;
-  const bool is_unsigned = component == GltfComponent::uint8 || component == GltfComponent::uint16 ||
-                           component == GltfComponent::uint32;
+  const bool is_unsigned =
+      component == GltfComponent::uint8 || component == GltfComponent::uint16 || component == GltfComponent::uint32;
   if (!is_unsigned) accessor.object.fail("indices must be unsigned integers");
   if (accessor.type.normalized) accessor.object.fail("indices cannot be normalized");
   return accessor;
@@ -85,18 +78,15 @@ struct Layout {
 
 // Copies the elements of a view into one dense array.
 std::vector<uint8_t> gather(const GltfObject& holder, std::span<const uint8_t> bytes, const Layout& layout) {
-  if (layout.offset % layout.component_size != 0)
-    holder.fail("byteOffset is not aligned to the component size");
+  if (layout.offset % layout.component_size != 0) holder.fail("byteOffset is not aligned to the component size");
   if (layout.stride < layout.element_size) {
     holder.fail("byteStride " + std::to_string(layout.stride) + " is less than one element");
   }
-  const bool one_fits =
-      bytes.size() >= layout.element_size && layout.offset <= bytes.size() - layout.element_size;
-  const uint64_t room =
-      one_fits ? (bytes.size() - layout.element_size - layout.offset) / layout.stride + 1 : 0;
+  const bool one_fits = bytes.size() >= layout.element_size && layout.offset <= bytes.size() - layout.element_size;
+  const uint64_t room = one_fits ? (bytes.size() - layout.element_size - layout.offset) / layout.stride + 1 : 0;
   if (layout.count > room) {
-    holder.fail(std::to_string(layout.count) + " elements exceed the buffer view of " +
-                std::to_string(bytes.size()) + " bytes, which has room for " + std::to_string(room));
+    holder.fail(std::to_string(layout.count) + " elements exceed the buffer view of " + std::to_string(bytes.size()) +
+                " bytes, which has room for " + std::to_string(room));
   }
   std::vector<uint8_t> dense(layout.count * layout.element_size);
   for (uint64_t i = 0; i < layout.count; ++i) {
@@ -139,8 +129,7 @@ void apply_sparse(GltfBuffers& buffers, const Accessor& accessor, const GltfObje
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t place = index_at(places, i, index_size);
     if (place < next_allowed) indices.fail("element " + std::to_string(i) + " does not increase");
-    if (place >= accessor.count)
-      indices.fail("element " + std::to_string(i) + " exceeds the accessor's count");
+    if (place >= accessor.count) indices.fail("element " + std::to_string(i) + " exceeds the accessor's count");
     next_allowed = place + 1;
     std::memcpy(dense.data() + place * accessor.element_size, substitutes.data() + i * accessor.element_size,
                 accessor.element_size);
@@ -160,8 +149,7 @@ std::vector<uint8_t> read_elements(GltfBuffers& buffers, const Accessor& accesso
     if (accessor.count > most_unbacked_elements) object.fail("has no buffer view for its many elements");
     dense.resize(accessor.count * accessor.element_size);
   }
-  if (const std::optional<GltfObject> sparse = object.object("sparse"))
-    apply_sparse(buffers, accessor, *sparse, dense);
+  if (const std::optional<GltfObject> sparse = object.object("sparse")) apply_sparse(buffers, accessor, *sparse, dense);
   return dense;
 }
 
@@ -174,16 +162,11 @@ float component_at(const uint8_t* bytes) {
 
 float component_value(const uint8_t* bytes, GltfElementType type) {
   switch (type.component) {
-    case GltfComponent::int8:
-      return dequantize(component_at<int8_t>(bytes), type);
-    case GltfComponent::uint8:
-      return dequantize(component_at<uint8_t>(bytes), type);
-    case GltfComponent::int16:
-      return dequantize(component_at<int16_t>(bytes), type);
-    case GltfComponent::uint16:
-      return dequantize(component_at<uint16_t>(bytes), type);
-    default:
-      return component_at<float>(bytes);
+    case GltfComponent::int8: return dequantize(component_at<int8_t>(bytes), type);
+    case GltfComponent::uint8: return dequantize(component_at<uint8_t>(bytes), type);
+    case GltfComponent::int16: return dequantize(component_at<int16_t>(bytes), type);
+    case GltfComponent::uint16: return dequantize(component_at<uint16_t>(bytes), type);
+    default: return component_at<float>(bytes);
   }
 }
 
@@ -192,16 +175,11 @@ float component_value(const uint8_t* bytes, GltfElementType type) {
 float dequantize(float component, GltfElementType type) {
   if (!type.normalized) return component;
   switch (type.component) {
-    case GltfComponent::int8:
-      return std::max(component / 127.0f, -1.0f);
-    case GltfComponent::uint8:
-      return component / 255.0f;
-    case GltfComponent::int16:
-      return std::max(component / 32767.0f, -1.0f);
-    case GltfComponent::uint16:
-      return component / 65535.0f;
-    default:
-      return component;
+    case GltfComponent::int8: return std::max(component / 127.0f, -1.0f);
+    case GltfComponent::uint8: return component / 255.0f;
+    case GltfComponent::int16: return std::max(component / 32767.0f, -1.0f);
+    case GltfComponent::uint16: return component / 65535.0f;
+    default: return component;
   }
 }
 

@@ -49,8 +49,8 @@ std::span<const uint8_t> GltfBuffers::range(const GltfObject& holder) {
   const uint64_t length = holder.integer("byteLength");
   if (length == 0) holder.fail("byteLength is 0");
   if (offset > bytes.size() || length > bytes.size() - offset) {
-    holder.fail("byteOffset " + std::to_string(offset) + " and byteLength " + std::to_string(length) +
-                " exceed the " + std::to_string(bytes.size()) + " bytes of the buffer");
+    holder.fail("byteOffset " + std::to_string(offset) + " and byteLength " + std::to_string(length) + " exceed the " +
+                std::to_string(bytes.size()) + " bytes of the buffer");
   }
   return bytes.subspan(offset, length);
 }
@@ -79,8 +79,7 @@ std::span<const uint8_t> GltfBuffers::buffer(uint32_t index) {
 std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::string& uri) {
   if (is_data_uri(uri)) return decode_data_uri(uri);
   if (has_scheme(uri)) {
-    fail_gltf(ErrorCode::unsupported,
-              buffer.place() + ": the uri " + quoted(uri) + " is not relative to the file");
+    fail_gltf(ErrorCode::unsupported, buffer.place() + ": the uri " + quoted(uri) + " is not relative to the file");
   }
   const std::string name = percent_decode(uri);
   if (name.find('\0') != std::string::npos) buffer.fail("the uri holds a zero byte");

@@ -39,20 +39,16 @@ struct GlbChunks {
 GlbChunks split_glb(std::span<const uint8_t> file) {
   if (file.size() < glb_header_size) fail_invalid("truncated GLB: shorter than its 12-byte header");
   const uint32_t version = read_u32(file, 4);
-  if (version == 1)
-    fail_gltf(ErrorCode::unsupported, "glTF 1.0 (GLB version 1) is not supported, convert it to 2.0");
-  if (version != 2)
-    fail_gltf(ErrorCode::unsupported, "GLB version " + std::to_string(version) + " is not supported");
+  if (version == 1) fail_gltf(ErrorCode::unsupported, "glTF 1.0 (GLB version 1) is not supported, convert it to 2.0");
+  if (version != 2) fail_gltf(ErrorCode::unsupported, "GLB version " + std::to_string(version) + " is not supported");
   const size_t length = read_u32(file, 8);
   if (length > file.size()) {
-    fail_invalid("truncated GLB: declares " + std::to_string(length) + " bytes, has " +
-                 std::to_string(file.size()));
+    fail_invalid("truncated GLB: declares " + std::to_string(length) + " bytes, has " + std::to_string(file.size()));
   }
   GlbChunks chunks;
   size_t number = 0;
   for (size_t offset = glb_header_size; offset < length; ++number) {
-    if (length - offset < chunk_header_size)
-      fail_invalid("GLB chunk " + std::to_string(number) + ": truncated header");
+    if (length - offset < chunk_header_size) fail_invalid("GLB chunk " + std::to_string(number) + ": truncated header");
     const size_t size = read_u32(file, offset);
     const uint32_t type = read_u32(file, offset + 4);
     offset += chunk_header_size;
@@ -60,10 +56,8 @@ GlbChunks split_glb(std::span<const uint8_t> file) {
       fail_invalid("GLB chunk " + std::to_string(number) + ": declares " + std::to_string(size) + " bytes, " +
                    std::to_string(length - offset) + " are left");
     }
-    if ((type == json_chunk_type) != (number == 0))
-      fail_invalid("GLB: the JSON chunk must come first, and once");
-    if (type == binary_chunk_type && number != 1)
-      fail_invalid("GLB: the binary chunk must come second, and once");
+    if ((type == json_chunk_type) != (number == 0)) fail_invalid("GLB: the JSON chunk must come first, and once");
+    if (type == binary_chunk_type && number != 1) fail_invalid("GLB: the binary chunk must come second, and once");
     if (type == json_chunk_type) chunks.json = file.subspan(offset, size);
     if (type == binary_chunk_type) chunks.binary = file.subspan(offset, size);
     offset += size;

@@ -6,21 +6,16 @@ namespace vcd {
 
 using nlohmann::json;
 
-void fail_gltf(ErrorCode code, std::string message) {
-  throw GltfFailure{{code, std::move(message)}};
-}
+void fail_gltf(ErrorCode code, std::string message) { throw GltfFailure{{code, std::move(message)}}; }
 
-void fail_invalid(std::string message) {
-  fail_gltf(ErrorCode::invalid_file, std::move(message));
-}
+void fail_invalid(std::string message) { fail_gltf(ErrorCode::invalid_file, std::move(message)); }
 
 std::string quoted(const std::string& name) {
   constexpr size_t longest = 80;
   std::string shown = name.substr(0, longest);
   // A cut inside a UTF-8 sequence would leave half a character.
   if (name.size() > longest) {
-    while (!shown.empty() && (static_cast<unsigned char>(name[shown.size()]) & 0xC0) == 0x80)
-      shown.pop_back();
+    while (!shown.empty() && (static_cast<unsigned char>(name[shown.size()]) & 0xC0) == 0x80) shown.pop_back();
     shown += "...";
   }
   for (char& c : shown) {
@@ -42,9 +37,7 @@ uint64_t GltfObject::integer(const char* key) const {
   return value;
 }
 
-uint64_t GltfObject::integer_or(const char* key, uint64_t missing) const {
-  return has(key) ? integer(key) : missing;
-}
+uint64_t GltfObject::integer_or(const char* key, uint64_t missing) const { return has(key) ? integer(key) : missing; }
 
 std::optional<uint32_t> GltfObject::index(const char* key) const {
   if (!has(key)) return std::nullopt;

@@ -34,17 +34,14 @@ std::vector<bool> find_skinned_meshes(const GltfDocument& document) {
   for (const json& node : document.array("nodes")) {
     if (!node.is_object() || !node.contains("skin") || !node.contains("mesh")) continue;
     const json& mesh = node["mesh"];
-    if (mesh.is_number_unsigned() && mesh.get<uint64_t>() < skinned.size())
-      skinned[mesh.get<size_t>()] = true;
+    if (mesh.is_number_unsigned() && mesh.get<uint64_t>() < skinned.size()) skinned[mesh.get<size_t>()] = true;
   }
   return skinned;
 }
 
-std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const GltfObject& primitive,
-                                        bool skinned) {
+std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const GltfObject& primitive, bool skinned) {
   if (skinned) return GltfLeftOut{GltfLeftOutBecause::deforms, "a node deforms it with a skin"};
-  if (!primitive.array("targets").empty())
-    return GltfLeftOut{GltfLeftOutBecause::deforms, "it has morph targets"};
+  if (!primitive.array("targets").empty()) return GltfLeftOut{GltfLeftOutBecause::deforms, "it has morph targets"};
   for (const uint32_t index : materials_of(primitive)) {
     if (const std::optional<std::string> reason = why_not_opaque(document.element("materials", index))) {
       return GltfLeftOut{GltfLeftOutBecause::not_opaque, *reason};

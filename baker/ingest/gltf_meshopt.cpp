@@ -39,13 +39,11 @@ void check_layout(const GltfObject& extension, const Compressed& c) {
   }
   const bool stride_ok =
       attributes ? c.stride >= 4 && c.stride <= 256 && c.stride % 4 == 0 : c.stride == 2 || c.stride == 4;
-  if (!stride_ok)
-    extension.fail("byteStride " + std::to_string(c.stride) + " is not allowed in mode " + c.mode);
+  if (!stride_ok) extension.fail("byteStride " + std::to_string(c.stride) + " is not allowed in mode " + c.mode);
   if (c.count == 0) extension.fail("count is 0");
   if (c.mode == "TRIANGLES" && c.count % 3 != 0) extension.fail("count is not a multiple of 3");
   if (!fits(c)) {
-    extension.fail(std::to_string(c.bytes.size()) + " bytes cannot hold " + std::to_string(c.count) +
-                   " elements");
+    extension.fail(std::to_string(c.bytes.size()) + " bytes cannot hold " + std::to_string(c.count) + " elements");
   }
   if (c.filter == "NONE") return;
   if (!attributes) extension.fail("a filter is allowed in mode ATTRIBUTES only");
@@ -77,13 +75,11 @@ void undo_filter(const Compressed& c, std::vector<uint8_t>& bytes) {
 }  // namespace
 
 std::vector<uint8_t> decode_meshopt(const GltfObject& extension, std::span<const uint8_t> compressed) {
-  const Compressed c = {extension.text_or("mode", ""), extension.text_or("filter", "NONE"),
-                        extension.integer("count"), extension.integer("byteStride"), compressed};
+  const Compressed c = {extension.text_or("mode", ""), extension.text_or("filter", "NONE"), extension.integer("count"),
+                        extension.integer("byteStride"), compressed};
   check_layout(extension, c);
-  const bool newer =
-      c.mode == "ATTRIBUTES" && (compressed[0] & 0xF0) == 0xA0 && compressed[0] > newest_vertex_header;
-  if (newer)
-    fail_unknown(extension, "version " + std::to_string(compressed[0] & 0x0F) + " of the vertex codec");
+  const bool newer = c.mode == "ATTRIBUTES" && (compressed[0] & 0xF0) == 0xA0 && compressed[0] > newest_vertex_header;
+  if (newer) fail_unknown(extension, "version " + std::to_string(compressed[0] & 0x0F) + " of the vertex codec");
   std::vector<uint8_t> bytes(c.count * c.stride);
   if (decode(c, bytes) != 0) extension.fail("the compressed data is corrupt");
   undo_filter(c, bytes);

@@ -53,8 +53,7 @@ Matrix given_matrix(const GltfObject& node) {
     if (node.has(key)) node.fail(std::string("has both a matrix and a ") + key);
   }
   const auto m = numbers_or<16>(node, "matrix", {});  // column-major
-  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)
-    node.fail("the last row of its matrix is not 0, 0, 0, 1");
+  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) node.fail("the last row of its matrix is not 0, 0, 0, 1");
   return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
 }
 
@@ -90,8 +89,7 @@ class NodeReader {
  public:
   NodeReader(const GltfDocument& document, Ingested& ingested)
       : document_(document), ingested_(ingested), nodes_(document.count("nodes")) {
-    for (uint32_t i = 0; i < ingested.meshes.size(); ++i)
-      mesh_of_source_.emplace(ingested.meshes[i].source_index, i);
+    for (uint32_t i = 0; i < ingested.meshes.size(); ++i) mesh_of_source_.emplace(ingested.meshes[i].source_index, i);
   }
 
   void read() {
@@ -222,9 +220,7 @@ class NodeReader {
 
 }  // namespace
 
-void read_placements(const GltfDocument& document, Ingested& ingested) {
-  NodeReader(document, ingested).read();
-}
+void read_placements(const GltfDocument& document, Ingested& ingested) { NodeReader(document, ingested).read(); }
 
 const char* why_not_invertible(const std::array<float, 12>& transform) {
   const auto m = [&](size_t row, size_t column) { return double{transform[4 * row + column]}; };
@@ -236,10 +232,8 @@ const char* why_not_invertible(const std::array<float, 12>& transform) {
     volume *= std::sqrt(m(0, i) * m(0, i) + m(1, i) * m(1, i) + m(2, i) * m(2, i));
   }
   const double size = std::fabs(determinant);
-  const bool finite =
-      std::all_of(transform.begin(), transform.end(), [](float f) { return std::isfinite(f); });
-  if (!finite || size > std::numeric_limits<float>::max())
-    return "its transform is not finite in single precision";
+  const bool finite = std::all_of(transform.begin(), transform.end(), [](float f) { return std::isfinite(f); });
+  if (!finite || size > std::numeric_limits<float>::max()) return "its transform is not finite in single precision";
   // A zero scale between two rotations comes out as what rounding leaves of it.
   constexpr double kRounding = 4 * std::numeric_limits<float>::epsilon();
   if (size < std::numeric_limits<float>::min() || size <= kRounding * volume) return "its scale is zero";

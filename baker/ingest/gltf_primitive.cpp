@@ -53,9 +53,7 @@ GltfMode mode_of(const GltfObject& primitive) {
   return static_cast<GltfMode>(mode);
 }
 
-bool makes_triangles(GltfMode mode) {
-  return mode >= GltfMode::triangles;
-}
+bool makes_triangles(GltfMode mode) { return mode >= GltfMode::triangles; }
 
 size_t GltfMeshBuilder::append(const GltfObject& primitive) {
   const uint32_t positions = primitive.required_object("attributes").required_index("POSITION");
@@ -109,9 +107,8 @@ void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t positio
   if (index_accessor && mode_of(primitive) == GltfMode::triangles) {
     const uint64_t index_count = check_index_accessor(document_, *index_accessor);
     if (index_count != 3 * uint64_t{decoded->triangles.size()}) {
-      fail_invalid("the Draco stream holds " + std::to_string(decoded->triangles.size()) +
-                   " triangles, accessor " + std::to_string(*index_accessor) + " declares " +
-                   std::to_string(index_count) + " indices");
+      fail_invalid("the Draco stream holds " + std::to_string(decoded->triangles.size()) + " triangles, accessor " +
+                   std::to_string(*index_accessor) + " declares " + std::to_string(index_count) + " indices");
     }
   }
   const bool declared_as_integers = declared.type.component != GltfComponent::float32;
@@ -131,8 +128,7 @@ void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t positio
 
 uint32_t GltfMeshBuilder::append_positions(const std::vector<Position>& positions) {
   const size_t first = mesh_.positions.size();
-  if (positions.size() > UINT32_MAX - first)
-    fail_gltf(ErrorCode::unsupported, "more than 2^32 vertices in one mesh");
+  if (positions.size() > UINT32_MAX - first) fail_gltf(ErrorCode::unsupported, "more than 2^32 vertices in one mesh");
   mesh_.positions.insert(mesh_.positions.end(), positions.begin(), positions.end());
   return static_cast<uint32_t>(first);
 }

@@ -11,15 +11,7 @@
 
 namespace vcd {
 
-enum class GltfMode : uint32_t {
-  points,
-  lines,
-  line_loop,
-  line_strip,
-  triangles,
-  triangle_strip,
-  triangle_fan
-};
+enum class GltfMode : uint32_t { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
 // Throws GltfFailure (invalid_file) for a mode that does not exist.
 GltfMode mode_of(const GltfObject& primitive);
@@ -28,8 +20,7 @@ bool makes_triangles(GltfMode mode);
 // Gathers the primitives of one mesh.
 class GltfMeshBuilder {
  public:
-  GltfMeshBuilder(const GltfDocument& document, GltfBuffers& buffers)
-      : document_(document), buffers_(buffers) {}
+  GltfMeshBuilder(const GltfDocument& document, GltfBuffers& buffers) : document_(document), buffers_(buffers) {}
 
   // Appends a primitive whose mode makes triangles and which has a POSITION. Returns how many of its trailing
   // indices form no triangle (0 to 2); the specification has them ignored.

@@ -23,8 +23,7 @@ constexpr std::array<uint8_t, 256> make_base64_values() {
   constexpr std::string_view alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   std::array<uint8_t, 256> values{};
   values.fill(not_base64);
-  for (size_t i = 0; i < alphabet.size(); ++i)
-    values[static_cast<uint8_t>(alphabet[i])] = static_cast<uint8_t>(i);
+  for (size_t i = 0; i < alphabet.size(); ++i) values[static_cast<uint8_t>(alphabet[i])] = static_cast<uint8_t>(i);
   return values;
 }
 
@@ -51,9 +50,7 @@ std::string decode_base64(std::string_view text) {
 
 }  // namespace
 
-bool is_data_uri(std::string_view uri) {
-  return uri.starts_with("data:");
-}
+bool is_data_uri(std::string_view uri) { return uri.starts_with("data:"); }
 
 bool has_scheme(std::string_view uri) {
   for (size_t i = 0; i < uri.size(); ++i) {

@@ -56,9 +56,8 @@ std::vector<std::string> mesh_extensions() {
 Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& options) try {
   const Reader read = reader_for(path);
   if (read == nullptr) {
-    return file_error(
-        path, ErrorCode::unsupported,
-        "unknown extension \"" + path.extension().string() + "\" (known: " + known_extensions() + ")");
+    return file_error(path, ErrorCode::unsupported,
+                      "unknown extension \"" + path.extension().string() + "\" (known: " + known_extensions() + ")");
   }
   const Result<std::string> bytes = read_file(path);
   if (!bytes) return bytes.error();

@@ -25,7 +25,8 @@ int work_and_send(const std::filesystem::path& path, const std::function<Result<
   } catch (const std::bad_alloc&) {
     sent = write_result(result_file, file_error(path, ErrorCode::runtime, "out of memory while reading"));
   } catch (const std::exception& error) {
-    sent = write_result(result_file, file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + error.what()));
+    sent = write_result(result_file,
+                        file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + error.what()));
   }
   return sent ? 0 : kCannotSend;
 }
@@ -34,11 +35,13 @@ Result<Ingested> run(const std::filesystem::path& path, const IngestLimits& limi
                      const std::function<Result<Ingested>()>& work) {
   const auto fault = [&](const std::string& reason) { return file_error(path, ErrorCode::runtime, reason); };
   const Descriptor result_file(::memfd_create("vcd-ingest", MFD_CLOEXEC));
-  if (result_file.get() < 0) return fault(std::string("no memory file for the parser's result: ") + std::strerror(errno));
+  if (result_file.get() < 0)
+    return fault(std::string("no memory file for the parser's result: ") + std::strerror(errno));
   auto child = ChildProcess::start(limits, [&] { return work_and_send(path, work, result_file.get()); });
   if (!child) return fault(child.error().message);
   child->wait();
-  if (child->exit_code() == kCannotSend) return fault("the parser's result could not be sent back, perhaps for want of memory" + child->last_words());
+  if (child->exit_code() == kCannotSend)
+    return fault("the parser's result could not be sent back, perhaps for want of memory" + child->last_words());
   if (const std::string end = child->fault(); !end.empty()) return fault("the parser " + end + child->last_words());
   std::optional<Result<Ingested>> result = read_result(result_file.get());
   if (!result) return fault("the parser ended without a whole result" + child->last_words());

@@ -16,10 +16,9 @@ namespace vcd {
 // stderr: it crashed, ran out of time or memory, or ended without a result. Nothing that the child prints
 // reaches the caller's stdout or stderr.
 //
-// What the child sends back is checked like a file from a stranger. The child is reaped before the call returns, which leaves
-// no file descriptor open. Safe from any thread, also while others run; `work` must not need the other
-// threads or locks that they may hold (malloc and stdio are fine: glibc sees to them at fork). No exception
-// leaves.
+// What the child sends back is checked like a file from a stranger. The child is reaped before the call returns, which
+// leaves no file descriptor open. Safe from any thread, also while others run; `work` must not need the other threads
+// or locks that they may hold (malloc and stdio are fine: glibc sees to them at fork). No exception leaves.
 Result<Ingested> run_isolated(const std::filesystem::path& path, const IngestLimits& limits,
                               const std::function<Result<Ingested>()>& work);
 

@@ -20,8 +20,7 @@ constexpr std::string_view kSilent[] = {"vt",     "vn",  "g",      "o",      "s"
 // joining the next line to them would swallow a vertex or a face.
 bool ends_with_its_line(std::string_view line) {
   const std::string_view keyword = Words(line).next();
-  return keyword.starts_with('#') || keyword == "g" || keyword == "o" || keyword == "usemtl" ||
-         keyword == "mtllib";
+  return keyword.starts_with('#') || keyword == "g" || keyword == "o" || keyword == "usemtl" || keyword == "mtllib";
 }
 
 // Counts statements that are passed over, for one note each kind.
@@ -37,8 +36,8 @@ struct Skipped {
   }
   void note(const std::string& what, const std::string& plural, std::vector<std::string>& notes) const {
     if (count == 0) return;
-    notes.push_back(counted(count, what, plural) + " passed over (the first is " + first_keyword +
-                    " in line " + std::to_string(first_line) + ")");
+    notes.push_back(counted(count, what, plural) + " passed over (the first is " + first_keyword + " in line " +
+                    std::to_string(first_line) + ")");
   }
 };
 
@@ -136,8 +135,8 @@ class ObjReader {
   std::string corner(std::string_view word, PolygonSoup& soup) {
     const size_t slash = word.find('/');
     const std::optional<int64_t> index = parse_integer(word.substr(0, slash));
-    const bool clean_rest = word.substr(std::min(slash, word.size())).find_first_not_of("/-+0123456789") ==
-                            std::string_view::npos;
+    const bool clean_rest =
+        word.substr(std::min(slash, word.size())).find_first_not_of("/-+0123456789") == std::string_view::npos;
     if (!index || !clean_rest) return in_quotes(word) + " is not a corner of a face";
     const int64_t vertex_count = static_cast<int64_t>(soup.positions.size());
     const int64_t from_zero = *index > 0 ? *index - 1 : *index + vertex_count;

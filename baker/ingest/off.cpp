@@ -19,11 +19,10 @@ class OffReader {
     std::string reason = header(code);
     if (reason.empty()) reason = vertices(soup);
     if (reason.empty()) reason = faces(soup);
-    if (!reason.empty())
-      return "line " + std::to_string(std::max<size_t>(lines_.number(), 1)) + ": " + reason;
+    if (!reason.empty()) return "line " + std::to_string(std::max<size_t>(lines_.number(), 1)) + ": " + reason;
     if (next_line()) {
-      soup.notes.push_back("what follows the last face was passed over (from line " +
-                           std::to_string(lines_.number()) + ")");
+      soup.notes.push_back("what follows the last face was passed over (from line " + std::to_string(lines_.number()) +
+                           ")");
     }
     return "";
   }
@@ -127,8 +126,8 @@ class OffReader {
       const std::optional<int64_t> index = parse_integer(word);
       if (!index) return in_quotes(word) + " is not an index";
       if (*index < 0 || static_cast<uint64_t>(*index) >= vertex_count_) {
-        return "index " + std::to_string(*index) + " is out of range (" +
-               counted(vertex_count_, "vertex", "vertices") + ")";
+        return "index " + std::to_string(*index) + " is out of range (" + counted(vertex_count_, "vertex", "vertices") +
+               ")";
       }
       soup.corners.push_back(static_cast<uint32_t>(*index));
     }

@@ -38,14 +38,11 @@ std::string assign_roles(const PlyElement& element, std::vector<Role>& roles) {
     if (property.is_list != (role == Role::indices))
       return "property " + in_quotes(property.name) + " is of the wrong kind";
     if (role == Role::indices && is_float(property.type)) return "its indices are not integers";
-    if (++found[static_cast<size_t>(role)] > 1)
-      return "property " + in_quotes(property.name) + " is there twice";
+    if (++found[static_cast<size_t>(role)] > 1) return "property " + in_quotes(property.name) + " is there twice";
   }
   if (element.count == 0) return "";
-  if (element.name == "vertex" && (found[0] == 0 || found[1] == 0 || found[2] == 0))
-    return "x, y or z is missing";
-  if ((element.name == "face" || element.name == "tristrips") && found[3] == 0)
-    return "has no list vertex_indices";
+  if (element.name == "vertex" && (found[0] == 0 || found[1] == 0 || found[2] == 0)) return "x, y or z is missing";
+  if ((element.name == "face" || element.name == "tristrips") && found[3] == 0) return "has no list vertex_indices";
   return "";
 }
 
@@ -123,8 +120,7 @@ class PlyBody {
   }
 
   std::string out_of_range(int64_t index) const {
-    return "index " + std::to_string(index) + " is out of range (" +
-           counted(vertex_count_, "vertex", "vertices") + ")";
+    return "index " + std::to_string(index) + " is out of range (" + counted(vertex_count_, "vertex", "vertices") + ")";
   }
   bool in_range(int64_t index) const { return index >= 0 && static_cast<uint64_t>(index) < vertex_count_; }
 
@@ -186,9 +182,8 @@ Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view 
   PolygonSoup soup;
   std::string reason = parse_ply_header(bytes, header);
   if (reason.empty()) {
-    reason = header.encoding == PlyHeader::Encoding::ascii
-                 ? PlyBody<PlyTextCursor>(bytes, header, soup).read()
-                 : PlyBody<PlyBinaryCursor>(bytes, header, soup).read();
+    reason = header.encoding == PlyHeader::Encoding::ascii ? PlyBody<PlyTextCursor>(bytes, header, soup).read()
+                                                           : PlyBody<PlyBinaryCursor>(bytes, header, soup).read();
   }
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
   return mesh_from_soup(path, std::move(soup));

@@ -18,14 +18,10 @@ To bit_copy(From from) {
 
 int64_t sign_extended(PlyScalar type, uint64_t bits) {
   switch (type) {
-    case PlyScalar::i8:
-      return static_cast<int8_t>(bits);
-    case PlyScalar::i16:
-      return static_cast<int16_t>(bits);
-    case PlyScalar::i32:
-      return static_cast<int32_t>(bits);
-    default:
-      return static_cast<int64_t>(bits);
+    case PlyScalar::i8: return static_cast<int8_t>(bits);
+    case PlyScalar::i16: return static_cast<int16_t>(bits);
+    case PlyScalar::i32: return static_cast<int32_t>(bits);
+    default: return static_cast<int64_t>(bits);
   }
 }
 
@@ -79,13 +75,11 @@ std::string PlyTextCursor::place(const std::string& element) const {
 
 void PlyTextCursor::add_notes(std::vector<std::string>& notes) {
   if (long_lines_ > 0) {
-    notes.push_back(counted(long_lines_, "line") +
-                    " with more values than the header announces (the first is line " +
+    notes.push_back(counted(long_lines_, "line") + " with more values than the header announces (the first is line " +
                     std::to_string(first_long_line_) + "); the surplus passed over");
   }
   if (begin_element().empty()) {
-    notes.push_back("what follows the last element passed over (from line " +
-                    std::to_string(lines_.number()) + ")");
+    notes.push_back("what follows the last element passed over (from line " + std::to_string(lines_.number()) + ")");
   }
 }
 

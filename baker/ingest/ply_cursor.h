@@ -43,9 +43,7 @@ class PlyTextCursor {
 class PlyBinaryCursor {
  public:
   PlyBinaryCursor(std::string_view bytes, const PlyHeader& header)
-      : bytes_(bytes),
-        offset_(header.body_offset),
-        big_endian_(header.encoding == PlyHeader::Encoding::big_endian) {}
+      : bytes_(bytes), offset_(header.body_offset), big_endian_(header.encoding == PlyHeader::Encoding::big_endian) {}
 
   bool can_hold(const PlyElement& element) const;
   std::string begin_element();

@@ -14,12 +14,10 @@ struct TypeName {
 };
 
 constexpr TypeName kTypeNames[] = {
-    {"char", PlyScalar::i8},     {"int8", PlyScalar::i8},     {"uchar", PlyScalar::u8},
-    {"uint8", PlyScalar::u8},    {"short", PlyScalar::i16},   {"int16", PlyScalar::i16},
-    {"ushort", PlyScalar::u16},  {"uint16", PlyScalar::u16},  {"int", PlyScalar::i32},
-    {"int32", PlyScalar::i32},   {"uint", PlyScalar::u32},    {"uint32", PlyScalar::u32},
-    {"float", PlyScalar::f32},   {"float32", PlyScalar::f32}, {"double", PlyScalar::f64},
-    {"float64", PlyScalar::f64},
+    {"char", PlyScalar::i8},   {"int8", PlyScalar::i8},     {"uchar", PlyScalar::u8},   {"uint8", PlyScalar::u8},
+    {"short", PlyScalar::i16}, {"int16", PlyScalar::i16},   {"ushort", PlyScalar::u16}, {"uint16", PlyScalar::u16},
+    {"int", PlyScalar::i32},   {"int32", PlyScalar::i32},   {"uint", PlyScalar::u32},   {"uint32", PlyScalar::u32},
+    {"float", PlyScalar::f32}, {"float32", PlyScalar::f32}, {"double", PlyScalar::f64}, {"float64", PlyScalar::f64},
 };
 
 std::string parse_type(std::string_view word, PlyScalar& type) {
@@ -99,8 +97,7 @@ std::string parse_property(Words& words, PlyHeader& header) {
   if (property.is_list) {
     word = words.next();
     std::string reason = parse_type(word, property.count_type);
-    if (reason.empty() && is_float(property.count_type))
-      reason = "a list cannot be counted in " + in_quotes(word);
+    if (reason.empty() && is_float(property.count_type)) reason = "a list cannot be counted in " + in_quotes(word);
     if (!reason.empty()) return reason;
     word = words.next();
   }
@@ -139,24 +136,18 @@ std::string parse_line(std::string_view line, PlyHeader& header, bool& has_forma
 size_t size_of(PlyScalar type) {
   switch (type) {
     case PlyScalar::i8:
-    case PlyScalar::u8:
-      return 1;
+    case PlyScalar::u8: return 1;
     case PlyScalar::i16:
-    case PlyScalar::u16:
-      return 2;
+    case PlyScalar::u16: return 2;
     case PlyScalar::i32:
     case PlyScalar::u32:
-    case PlyScalar::f32:
-      return 4;
-    case PlyScalar::f64:
-      break;
+    case PlyScalar::f32: return 4;
+    case PlyScalar::f64: break;
   }
   return 8;
 }
 
-bool is_float(PlyScalar type) {
-  return type == PlyScalar::f32 || type == PlyScalar::f64;
-}
+bool is_float(PlyScalar type) { return type == PlyScalar::f32 || type == PlyScalar::f64; }
 
 std::string parse_ply_header(std::string_view bytes, PlyHeader& header) {
   HeaderLines lines(bytes);

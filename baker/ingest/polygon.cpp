@@ -90,8 +90,7 @@ bool is_strictly_convex(const std::vector<Point2>& points) {
     const Point2& a = points[i % n];
     const Point2& b = points[(i + 1) % n];
     if (!(turn(a, b, points[(i + 2) % n]) > 0)) return false;
-    const bool now =
-        b.x != a.x ? b.x > a.x : b.y < a.y;  // a tie is broken as if the view were tilted a little
+    const bool now = b.x != a.x ? b.x > a.x : b.y < a.y;  // a tie is broken as if the view were tilted a little
     if (i > 0 && now != rightwards) ++reversals;
     rightwards = now;
   }

@@ -55,8 +55,7 @@ Result<Ingested> mesh_from_soup(const std::filesystem::path& path, PolygonSoup s
     soup.notes.push_back(degenerate.faces() + " with fewer than three distinct corners passed over");
   }
   if (forced.count > 0) {
-    soup.notes.push_back("no clean way to cut " + forced.faces() +
-                         " into triangles: the outline crosses itself");
+    soup.notes.push_back("no clean way to cut " + forced.faces() + " into triangles: the outline crosses itself");
   }
   mesh.positions = std::move(soup.positions);
   Ingested ingested;

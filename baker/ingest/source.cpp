@@ -21,7 +21,9 @@ namespace {
 class InputFile {
  public:
   static Result<InputFile> open(const std::filesystem::path& path) {
-    const auto fault = [&](const char* what) { return file_error(path, ErrorCode::io, std::string(what) + std::strerror(errno)); };
+    const auto fault = [&](const char* what) {
+      return file_error(path, ErrorCode::io, std::string(what) + std::strerror(errno));
+    };
     InputFile file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
     if (file.descriptor_ < 0) return fault("cannot be opened: ");
     struct stat status {};

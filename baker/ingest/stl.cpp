@@ -113,8 +113,7 @@ class TextStl {
     for (int corner = 0; corner < 3 && reason.empty(); ++corner) {
       reason = expect({"vertex"});
       Position position;
-      for (int axis = 0; axis < 3 && reason.empty(); ++axis)
-        reason = parse_coordinate(next(), position[axis]);
+      for (int axis = 0; axis < 3 && reason.empty(); ++axis) reason = parse_coordinate(next(), position[axis]);
       if (reason.empty()) append_corner(position, soup);
     }
     if (reason.empty()) reason = expect({"endloop", "endfacet"});
@@ -168,8 +167,7 @@ Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view 
   std::string reason;
   if (!size_fits_binary(bytes) && looks_like_text(text)) {
     reason = TextStl(text).read(soup);
-  } else if (!size_fits_binary(bytes) &&
-             (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))) {
+  } else if (!size_fits_binary(bytes) && (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))) {
     return file_error(path, ErrorCode::unsupported, "UTF-16 text");
   } else {
     reason = read_binary(bytes, soup);

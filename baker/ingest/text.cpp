@@ -8,9 +8,7 @@
 namespace vcd {
 namespace {
 
-bool is_space(char c) {
-  return c == ' ' || c == '\t' || c == '\v' || c == '\f' || c == '\r' || c == '\n';
-}
+bool is_space(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f' || c == '\r' || c == '\n'; }
 
 // std::from_chars knows no '+'; a sign may not follow it.
 std::string_view without_plus(std::string_view word) {

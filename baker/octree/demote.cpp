@@ -102,8 +102,8 @@ class Merger {
     return sum;
   }
 
-  // Of what the levels above leave, 256-way blocks may take 85 %, 16-way ones 55 %, bricks all. Measured; a tenth more or
-  // less changes little.
+  // Of what the levels above leave, 256-way blocks may take 85 %, 16-way ones 55 %, bricks all. Measured; a tenth more
+  // or less changes little.
   uint64_t most_blocks(size_t l, uint64_t budget) const {
     uint64_t least = shape_.top_bytes();
     for (size_t k = 0; k < levels_.size(); ++k)
@@ -114,7 +114,8 @@ class Merger {
 
   Counts count_block(size_t l, const uint32_t* words) const {
     Counts sum;
-    for (uint32_t i = 0; i < levels_[l].width; ++i) sum += l == 0 ? count_word(words[i]) : levels_[l - 1].counts[words[i]];
+    for (uint32_t i = 0; i < levels_[l].width; ++i)
+      sum += l == 0 ? count_word(words[i]) : levels_[l - 1].counts[words[i]];
     return sum;
   }
   void count() {
@@ -266,7 +267,9 @@ class Merger {
     };
     for (uint32_t slot = 0; slot < shape_.top_words(); ++slot) top_[slot] = copy(copy, levels_.size() - 1, top_[slot]);
     for (size_t l = 0; l < levels_.size(); ++l)
-      levels_[l].words = l == 0 ? bricks.take() : levels_[l].width == kBlock16Words ? blocks16.take() : blocks256.take();
+      levels_[l].words = l == 0                              ? bricks.take()
+                         : levels_[l].width == kBlock16Words ? blocks16.take()
+                                                             : blocks256.take();
     count();
   }
 

@@ -26,7 +26,9 @@ class Ancestors {
  public:
   Ancestors(const CellSource& source, const TreeShape& shape, Workspaces& workspaces)
       : source_(source), levels_(shape.top_levels), values_(shape.top_words(), kDeeper) {
-    tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) { visit({pair, 0, 0, 0, 0, 0}, kDeeper, workspaces.local()); });
+    tbb::parallel_for(0u, kFacePairs, [&](uint32_t pair) {
+      visit({pair, 0, 0, 0, 0, 0}, kDeeper, workspaces.local());
+    });
   }
   uint32_t operator[](uint32_t slot) const { return values_[slot]; }
 
@@ -47,7 +49,7 @@ class Ancestors {
 
 Cell top_cell(const TreeShape& shape, uint32_t slot) {
   const uint32_t bits = shape.top_levels, mask = (1u << bits) - 1;
-  return {slot >> (4 * bits),          bits, slot >> (3 * bits) & mask, slot >> (2 * bits) & mask,
+  return {slot >> (4 * bits),  bits,       slot >> (3 * bits) & mask, slot >> (2 * bits) & mask,
           slot >> bits & mask, slot & mask};
 }
 
@@ -96,9 +98,10 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
     progress(done, total, rays);
   };
   using tbb::filter_mode;
-  tbb::parallel_pipeline(4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency()), tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
-                                          tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
-                                          tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
+  tbb::parallel_pipeline(4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency()),
+                         tbb::make_filter<void, uint32_t>(filter_mode::serial_in_order, hand_out) &
+                             tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
+                             tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
   if (done < total || stopped()) return std::nullopt;
   return Octree{dag.take(), rays, seconds_above};
 }

@@ -32,7 +32,8 @@ struct CellSource {
 
 // The bricks below one cell of the top table, in the order in which its blocks hold them.
 struct Subtree {
-  std::vector<uint32_t> bricks;   // 1, 16, 256 or 4096: a class (the whole brick has it), or kDeeper + index into `words`
+  // 1, 16, 256 or 4096: a class (the whole brick has it), or kDeeper + index into `words`.
+  std::vector<uint32_t> bricks;
   std::vector<BrickWords> words;
 };
 

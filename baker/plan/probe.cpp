@@ -17,11 +17,12 @@ namespace {
 constexpr uint32_t kMostPaths = 600, kFewestPaths = 60;
 constexpr uint64_t kPathTriangles = 60'000'000;  // a path's cells near the root cost time with the mesh's size
 constexpr uint32_t kMostSegments = 1000, kFewestSegments = 200;
-constexpr double kProbeShare = 0.15;  // of the seconds that there are, for the paths, and as much for the segments
+constexpr double kProbeShare = 0.15;      // of the seconds that there are, for the paths, and as much for the segments
 constexpr double kLookUpSeconds = 14e-9;  // of one segment: spec/design.md, "What a look-up costs"
 constexpr uint32_t kLevels = 9;           // 0 … 8
 constexpr uint32_t kLeastDepth = 3;
-constexpr uint32_t kComparedPaths = 150, kLeastCompared = 2, kMostCompared = 4;  // how often, and at which levels, bricks are compared
+constexpr uint32_t kComparedPaths = 150, kLeastCompared = 2,
+                   kMostCompared = 4;  // how often, and at which levels, bricks are compared
 
 using Clock = std::chrono::steady_clock;
 double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
@@ -29,13 +30,13 @@ double all_cells(uint32_t level) { return kFacePairs * std::exp2(4.0 * level); }
 
 // Estimates of sums over all cells of a level that a bake visits, if it goes at least one level deeper.
 struct LevelSums {
-  double visited = 0;      // cells
-  double seconds = 0;      // to classify them
-  double resolved = 0;     // cells that are clear or blocked
+  double visited = 0;   // cells
+  double seconds = 0;   // to classify them
+  double resolved = 0;  // cells that are clear or blocked
   double undecided = 0;
-  double as_leaves_seconds = 0;      // what the undecided ones would cost beyond that as cells of the deepest level
-  double as_leaves_blocked = 0;      // and how many would be statistically blocked
-  std::array<double, 2> dull = {};   // undecided cells whose sixteen children, and whose 256 grandchildren, are all undecided
+  double as_leaves_seconds = 0;  // what the undecided ones would cost beyond that as cells of the deepest level
+  double as_leaves_blocked = 0;  // and how many would be statistically blocked
+  std::array<double, 2> dull{};  // undecided ones whose 16 children, and whose 256 grandchildren, are all undecided
   double compared = 0, repeated = 0;  // undecided cells, as bricks; those that equal one before them
 };
 
@@ -59,9 +60,11 @@ class Probe {
   void run(uint32_t most) {
     const auto start = Clock::now();
     uint32_t paths = 0;
-    while (paths < most && !(options_.stop && options_.stop()) && since(start) < kProbeShare * options_.budget_seconds) walk(paths++);
+    while (paths < most && !(options_.stop && options_.stop()) && since(start) < kProbeShare * options_.budget_seconds)
+      walk(paths++);
     for (LevelSums& l : levels_)
-      for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked, &l.dull[0], &l.dull[1], &l.compared, &l.repeated})
+      for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked,
+                          &l.dull[0], &l.dull[1], &l.compared, &l.repeated})
         *sum /= std::max(paths, 1u);
   }
 
@@ -119,7 +122,8 @@ class Probe {
       level.undecided += weight * static_cast<double>(open.size());
       above.dull[0] += open.size() == 16 ? weight : 0;
       above.dull[1] += open.size() == 16 && cell.level + 2 <= options_.deepest && all_undecided(open) ? weight : 0;
-      if (cell.level >= kLeastCompared && cell.level <= kMostCompared && path < kComparedPaths && cell.level + 2 <= options_.deepest) {
+      if (cell.level >= kLeastCompared && cell.level <= kMostCompared && path < kComparedPaths &&
+          cell.level + 2 <= options_.deepest) {
         above.compared += weight;
         for (uint32_t axis = 0; axis < 3; ++axis)
           if (const auto before = previous(cell, axis); before && same_brick(cell, *before)) {
@@ -130,7 +134,8 @@ class Probe {
       if (open.empty()) return;
       cell = open[random() % open.size()];
       weight *= static_cast<double>(open.size());
-      // What all sixteen siblings share is paid by the first of them only. The least of two times: the machine may be shared.
+      // What all sixteen siblings share is paid by the first of them only. The least of two times: the machine may be
+      // shared.
       double first = 0, next = 0, again = 0, as_node = 0, once_more = 0;
       const uint32_t leaf = classify(cell, true, first);
       classify(cell, true, next), classify(cell, true, again);
@@ -148,7 +153,8 @@ class Probe {
       const uint32_t value = classifier_.classify(x, false, workspace_);
       if (classifier_.classify(y, false, workspace_) != value) return false;
       for (uint32_t j = 0; j < 16 && value == kDeeper; ++j)
-        if (classifier_.classify(x.child(j), true, workspace_) != classifier_.classify(y.child(j), true, workspace_)) return false;
+        if (classifier_.classify(x.child(j), true, workspace_) != classifier_.classify(y.child(j), true, workspace_))
+          return false;
     }
     return true;
   }
@@ -169,7 +175,8 @@ class Probe {
 // Shadow-like segments: at which depth each is answered, and what tracing it costs.
 class Shadows {
  public:
-  Shadows(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options, uint32_t segments) {
+  Shadows(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options,
+          uint32_t segments) {
     const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
     Workspace workspace;
     const auto beginning = Clock::now();
@@ -250,7 +257,8 @@ void choose(const ProbeOptions& options, Plan& plan) {
 
 }  // namespace
 
-Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier, const ProbeOptions& options) {
+Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier& classifier,
+           const ProbeOptions& options) {
   const auto start = Clock::now();
   Plan plan;
   if (mesh.triangles.size() < kLeastTriangles) {
@@ -259,7 +267,8 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
   }
   Probe paths(classifier, options);
   const auto share = [&](uint32_t fewest, uint32_t most) {
-    return static_cast<uint32_t>(std::clamp<uint64_t>(most * kPathTriangles / kMostPaths / mesh.triangles.size(), fewest, most));
+    return static_cast<uint32_t>(
+        std::clamp<uint64_t>(most * kPathTriangles / kMostPaths / mesh.triangles.size(), fewest, most));
   };
   paths.run(share(kFewestPaths, kMostPaths));
   const Shadows shadows(mesh, tracer, classifier, options, share(kFewestSegments, kMostSegments));

@@ -43,8 +43,8 @@ bool pad_box(PreparedMesh& mesh) {
     box_high = round_towards(center + half, kUp);
     // Far from the origin a float's step can exceed the padding; then one more step is more than enough.
     const auto margin = [&] { return kLeastMargin * (static_cast<double>(box_high) - box_low); };
-    while (std::isfinite(box_low) && std::isfinite(box_high) && (low[a] - static_cast<double>(box_low) < margin() ||
-                                                                 static_cast<double>(box_high) - high[a] < margin())) {
+    while (std::isfinite(box_low) && std::isfinite(box_high) &&
+           (low[a] - static_cast<double>(box_low) < margin() || static_cast<double>(box_high) - high[a] < margin())) {
       box_low = std::nextafter(box_low, -kUp);
       box_high = std::nextafter(box_high, kUp);
     }

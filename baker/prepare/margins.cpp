@@ -24,11 +24,14 @@ struct Box {
 Box box_of(const Corners& t) {
   Box box{t[0], t[0]};
   for (const Vec& corner : t)
-    for (size_t a = 0; a < 3; ++a) box.low[a] = std::min(box.low[a], corner[a]), box.high[a] = std::max(box.high[a], corner[a]);
+    for (size_t a = 0; a < 3; ++a)
+      box.low[a] = std::min(box.low[a], corner[a]), box.high[a] = std::max(box.high[a], corner[a]);
   return box;
 }
 
-int square_of(double coordinate) { return std::clamp(static_cast<int>(std::floor(coordinate / kMapStep)), 0, kMap - 1); }
+int square_of(double coordinate) {
+  return std::clamp(static_cast<int>(std::floor(coordinate / kMapStep)), 0, kMap - 1);
+}
 
 // Boxes stand for triangles; large ones are halved until theirs are small.
 void add(const Corners& t, std::array<Depths, 6>& depths) {
@@ -59,14 +62,15 @@ void add(const Corners& t, std::array<Depths, 6>& depths) {
   }
 }
 
-// Along one axis of a face, from one of kMarginSquares squares: the nearest of all places of the map, of which place k is away
-// at(k) in the other coordinates. Away is the largest of the three coordinates.
+// Along one axis of a face, from one of kMarginSquares squares: the nearest of all places of the map, of which place k
+// is away at(k) in the other coordinates. Away is the largest of the three coordinates.
 template <class At>
 double nearest_along(int square, const At& at) {
   constexpr int kSide = kMap / static_cast<int>(kMarginSquares);
   const int low = square * kSide, high = low + kSide - 1;
   double nearest = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < kMap; ++k) nearest = std::min(nearest, std::max(at(k), kMapStep * std::max({low - k - 1, k - high - 1, 0})));
+  for (int k = 0; k < kMap; ++k)
+    nearest = std::min(nearest, std::max(at(k), kMapStep * std::max({low - k - 1, k - high - 1, 0})));
   return nearest;
 }
 
@@ -92,13 +96,15 @@ std::array<uint8_t, kMarginBytes> margins_of(const PreparedMesh& mesh) {
   for (const auto& triangle : mesh.triangles) {
     Corners corners;
     for (size_t c = 0; c < 3; ++c)
-      for (int a = 0; a < 3; ++a) corners[c][static_cast<size_t>(a)] = to_grid(frame, a, mesh.positions[triangle[c]][static_cast<size_t>(a)]);
+      for (int a = 0; a < 3; ++a)
+        corners[c][static_cast<size_t>(a)] = to_grid(frame, a, mesh.positions[triangle[c]][static_cast<size_t>(a)]);
     add(corners, depths);
   }
   std::array<uint8_t, kMarginBytes> margins;
   auto* next = margins.data();
   for (const Depths& map : depths)
-    for (const double free : distances(map)) *next++ = static_cast<uint8_t>(std::clamp(free - kMarginSlack, 0.0, 255.0));
+    for (const double free : distances(map))
+      *next++ = static_cast<uint8_t>(std::clamp(free - kMarginSlack, 0.0, 255.0));
   return margins;
 }
 

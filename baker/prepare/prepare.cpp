@@ -17,8 +17,8 @@ Result<PreparedMesh> prepare(SourceMesh&& source) {
   const auto place = [&] { return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\""; };
   weld(std::move(source), mesh);
   if (mesh.triangles.empty())
-    return Error{ErrorCode::invalid_file, place() + ": no triangle with an area (" +
-                                              std::to_string(mesh.zero_area_triangles) + " have none)"};
+    return Error{ErrorCode::invalid_file,
+                 place() + ": no triangle with an area (" + std::to_string(mesh.zero_area_triangles) + " have none)"};
   if (!pad_box(mesh))
     return Error{ErrorCode::unsupported, place() + ": its box is too large or too small for 32-bit floats"};
   mesh.geometry_hash = geometry_hash(mesh);

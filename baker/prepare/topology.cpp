@@ -12,7 +12,7 @@ namespace {
 // An edge shared by more triangles than this (a fan of a thousand, say) is a boundary of them all.
 constexpr size_t kMostAtAnEdge = 16;
 
-struct Side {  // of an edge: one triangle
+struct Side {          // of an edge: one triangle
   uint32_t low, high;  // the edge's vertices
   uint32_t slot;       // 3 · triangle + edge
   bool operator<(const Side& other) const {

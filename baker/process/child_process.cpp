@@ -156,9 +156,15 @@ ChildProcess::ChildProcess(pid_t pid, Descriptor words, const ChildLimits& limit
     : pid_(pid), words_(std::move(words)), limits_(limits), deadline_(deadline) {}
 
 ChildProcess::ChildProcess(ChildProcess&& other) noexcept
-    : pid_(other.pid_), words_(std::move(other.words_)), limits_(other.limits_), deadline_(other.deadline_),
-      kept_(std::move(other.kept_)), status_(other.status_), peak_memory_bytes_(other.peak_memory_bytes_),
-      ended_(std::exchange(other.ended_, true)), out_of_time_(other.out_of_time_) {}
+    : pid_(other.pid_),
+      words_(std::move(other.words_)),
+      limits_(other.limits_),
+      deadline_(other.deadline_),
+      kept_(std::move(other.kept_)),
+      status_(other.status_),
+      peak_memory_bytes_(other.peak_memory_bytes_),
+      ended_(std::exchange(other.ended_, true)),
+      out_of_time_(other.out_of_time_) {}
 
 ChildProcess::~ChildProcess() { kill(); }
 
@@ -200,8 +206,8 @@ bool ChildProcess::update() {
 void ChildProcess::wait() {
   while (!update()) {
     const auto left = std::chrono::duration_cast<std::chrono::milliseconds>(deadline_ - Clock::now()).count();
-    // The pipe closes when the child ends, unless another thread forked meanwhile and holds its other end too: hence the
-    // short naps. Once it is closed there is nothing to poll.
+    // The pipe closes when the child ends, unless another thread forked meanwhile and holds its other end too: hence
+    // the short naps. Once it is closed there is nothing to poll.
     pollfd waiting = {words_.get(), POLLIN, 0};
     ::poll(&waiting, 1, static_cast<int>(std::clamp<int64_t>(left, 0, words_.get() >= 0 ? 20 : 1)));
   }
@@ -221,7 +227,9 @@ bool ChildProcess::out_of_memory() const { return exit_code() == kOutOfMemory; }
 
 std::string ChildProcess::fault() const {
   if (out_of_time_) return "took more than " + number_text(limits_.seconds) + " s";
-  if (out_of_memory()) return "ran out of memory (limit " + number_text(std::round(static_cast<double>(limits_.memory_bytes) / 1048576)) + " MiB)";
+  if (out_of_memory())
+    return "ran out of memory (limit " + number_text(std::round(static_cast<double>(limits_.memory_bytes) / 1048576)) +
+           " MiB)";
   if (WIFSIGNALED(status_)) {
     const int number = WTERMSIG(status_);
     const char* name = ::sigabbrev_np(number);

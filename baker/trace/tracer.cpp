@@ -53,8 +53,8 @@ Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<cons
   RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
   void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Position),
                                            positions.size());
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                          sizeof(TriangleIndices), triangles.size());
+  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(TriangleIndices),
+                                          triangles.size());
   if (vertices && indices) {
     std::memcpy(vertices, positions.data(), positions.size_bytes());
     std::memcpy(indices, triangles.data(), triangles.size_bytes());
@@ -64,7 +64,8 @@ Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<cons
   rtcReleaseGeometry(geometry);
   rtcCommitScene(tracer.scene());
   if (const RTCError code = rtcGetDeviceError(device); code == RTC_ERROR_OUT_OF_MEMORY)
-    return Error{ErrorCode::runtime, "out of memory for Embree's hierarchy over " + std::to_string(triangles.size()) + " triangles"};
+    return Error{ErrorCode::runtime,
+                 "out of memory for Embree's hierarchy over " + std::to_string(triangles.size()) + " triangles"};
   else if (code != RTC_ERROR_NONE)
     return Error{ErrorCode::runtime, "Embree could not build its hierarchy over " + std::to_string(triangles.size()) +
                                          " triangles (error " + std::to_string(code) + ")"};
@@ -94,7 +95,8 @@ bool Tracer::occluded(const Segment& segment) const {
   ray.tfar = segment.t_max;
   ray.mask = 0xFFFFFFFF;
   if (segment.t_min < 0) {  // Embree wants tnear ≥ 0: begin at the segment's own beginning
-    ray.org_x += segment.t_min * ray.dir_x, ray.org_y += segment.t_min * ray.dir_y, ray.org_z += segment.t_min * ray.dir_z;
+    ray.org_x += segment.t_min * ray.dir_x, ray.org_y += segment.t_min * ray.dir_y,
+        ray.org_z += segment.t_min * ray.dir_z;
     ray.tnear = 0;
     ray.tfar = segment.t_max - segment.t_min;
   }

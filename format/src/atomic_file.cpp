@@ -20,7 +20,9 @@ constexpr const char* kPrefix = ".vcd-tmp-";
 
 fs::path folder_of(const fs::path& path) { return path.has_parent_path() ? path.parent_path() : fs::path("."); }
 
-std::string fresh_name(const fs::path& folder) { return (folder / (kPrefix + std::to_string(std::random_device()()))).string(); }
+std::string fresh_name(const fs::path& folder) {
+  return (folder / (kPrefix + std::to_string(std::random_device()()))).string();
+}
 
 std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
 
@@ -90,7 +92,8 @@ void AtomicFile::append(Bytes bytes) {
 }
 
 void AtomicFile::verify_with(const Verify& verify) {
-  posix_fadvise(descriptor_, 0, 0, POSIX_FADV_DONTNEED);  // so that they come from the disk, not from the memory that we filled
+  posix_fadvise(descriptor_, 0, 0,
+                POSIX_FADV_DONTNEED);  // so that they come from the disk, not from the memory that we filled
   void* const data = size_ == 0 ? nullptr : mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor_, 0);
   if (data == MAP_FAILED) return fail("cannot be read back");
   const std::string fault = verify(Bytes(static_cast<const std::byte*>(data), size_));
@@ -105,7 +108,8 @@ void AtomicFile::give_name() {
     if (errno != EEXIST) return fail("cannot be given its name");
     do {  // no system call puts a file without a name in the place of another
       temporary_ = fresh_name(folder_of(path_));
-    } while (linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0 && errno == EEXIST);
+    } while (linkat(AT_FDCWD, unnamed.c_str(), AT_FDCWD, temporary_.c_str(), AT_SYMLINK_FOLLOW) != 0 &&
+             errno == EEXIST);
   }
   if (rename(temporary_.c_str(), path_.c_str()) != 0) return fail("cannot rename the temporary file to it");
   temporary_.clear();
@@ -127,7 +131,8 @@ Result<uint64_t> AtomicFile::commit(const Verify& verify) {
 size_t remove_stale_temporaries(const fs::path& folder) {
   size_t removed = 0;
   std::error_code error;
-  for (fs::directory_iterator entry(folder.empty() ? fs::path(".") : folder, error); !error && entry != fs::directory_iterator(); entry.increment(error)) {
+  for (fs::directory_iterator entry(folder.empty() ? fs::path(".") : folder, error);
+       !error && entry != fs::directory_iterator(); entry.increment(error)) {
     const fs::path& path = entry->path();
     if (!path.filename().string().starts_with(kPrefix)) continue;
     const int file = open(path.c_str(), O_RDWR | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);

@@ -102,9 +102,9 @@ bool Reader::read_header() {
     return report(FindingId::header_checksum, offsetof(FileHeader, header_xxh3));
   check_reserved(h.reserved, sizeof h.reserved, offsetof(FileHeader, reserved), "header");
   if (h.file_size != file_.size())
-    return report(FindingId::file_size, offsetof(FileHeader, file_size),
-                  "the header says " + std::to_string(h.file_size) + " bytes, the file has " +
-                      std::to_string(file_.size()));
+    return report(
+        FindingId::file_size, offsetof(FileHeader, file_size),
+        "the header says " + std::to_string(h.file_size) + " bytes, the file has " + std::to_string(file_.size()));
   return true;
 }
 
@@ -203,8 +203,8 @@ bool Reader::check_kind(const SectionEntry& e, uint64_t at) {
 }
 
 bool Reader::check_sizes(const SectionEntry& e, uint64_t at, const std::string& name) {
-  const std::string sizes = name + ": stored " + std::to_string(e.stored_size) + ", logical " +
-                            std::to_string(e.logical_size) + " bytes";
+  const std::string sizes =
+      name + ": stored " + std::to_string(e.stored_size) + ", logical " + std::to_string(e.logical_size) + " bytes";
   if (e.storage == static_cast<uint32_t>(Storage::raw))
     return (e.logical_size == e.stored_size && e.logical_xxh3 == e.stored_xxh3) ||
            report(FindingId::section_size, at, sizes);
@@ -230,8 +230,8 @@ bool Reader::read_objects() {
     contents_.upgraded.assign(records, records + contents_.objects.size());
     for (uint32_t i = 0; i < contents_.upgraded.size(); ++i) {
       auto* rest = reinterpret_cast<std::byte*>(&contents_.upgraded[i]) + kFirstVersionBytes;
-      check_reserved(rest, sizeof(ObjectRecord) - kFirstVersionBytes, e.offset + i * sizeof(ObjectRecord) + kFirstVersionBytes,
-                     "object record");
+      check_reserved(rest, sizeof(ObjectRecord) - kFirstVersionBytes,
+                     e.offset + i * sizeof(ObjectRecord) + kFirstVersionBytes, "object record");
       std::memset(rest, 0, sizeof(ObjectRecord) - kFirstVersionBytes);
     }
     records = contents_.upgraded.data();
@@ -262,9 +262,12 @@ bool Reader::read_objects() {
 bool Reader::set_margins(const SectionEntry& s, uint32_t index) {
   const std::string name = section_type_name(s.type);
   if (s.logical_size != kMarginBytes)
-    return report(FindingId::section_size, entry_offset(index), name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kMarginBytes));
+    return report(FindingId::section_size, entry_offset(index),
+                  name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kMarginBytes));
   const uint8_t*& margins = contents_.objects[s.object].tree.margins;
-  if (margins) return report(FindingId::section_count, entry_offset(index), "a second " + name + " of object " + std::to_string(s.object));
+  if (margins)
+    return report(FindingId::section_count, entry_offset(index),
+                  "a second " + name + " of object " + std::to_string(s.object));
   margins = reinterpret_cast<const uint8_t*>(stored(s).data());
   return true;
 }
@@ -283,8 +286,7 @@ bool Reader::method_is_known(const ObjectRecord& r) const {
   const bool first_version = contents_.header->version_major == 1;
   const bool guarded = std::isfinite(r.guard_band) && r.guard_band > 0;
   switch (static_cast<Method>(r.method)) {
-    case Method::sampled:
-      return (samples == 16 || samples == 81 || samples == 256) && r.guard_band == 0;
+    case Method::sampled: return (samples == 16 || samples == 81 || samples == 256) && r.guard_band == 0;
     case Method::none: return !first_version && r.depth == 1 && all_zero(r.method_parameters) && r.guard_band == 0;
     case Method::proven: return !first_version && samples == 0 && guarded;
     case Method::hybrid: return !first_version && (samples == 81 || samples == 256) && guarded;
@@ -294,7 +296,8 @@ bool Reader::method_is_known(const ObjectRecord& r) const {
 
 bool audit_is_sound(const ObjectRecord& r) {
   for (int i = 0; i < 2; ++i)
-    if (r.audit_wrong[i] > r.audit_lines[i] || (r.method == static_cast<uint8_t>(Method::proven) && r.audit_wrong[i] > 0))
+    if (r.audit_wrong[i] > r.audit_lines[i] ||
+        (r.method == static_cast<uint8_t>(Method::proven) && r.audit_wrong[i] > 0))
       return false;
   if (r.audit_lines[0] == 0) return r.audit_bound_95 == 0;
   const double rate = static_cast<double>(r.audit_wrong[0]) / static_cast<double>(r.audit_lines[0]);
@@ -393,7 +396,8 @@ bool Reader::read_tree(uint32_t index) {
   Bytes bytes = stored(e);
   if (e.storage == static_cast<uint32_t>(Storage::zstd) || reinterpret_cast<uintptr_t>(bytes.data()) % 64 != 0) {
     AlignedBytes copy = section_bytes(file_, e);
-    if (copy.size != e.logical_size) return report(FindingId::decompression, e.offset, "object " + std::to_string(index));
+    if (copy.size != e.logical_size)
+      return report(FindingId::decompression, e.offset, "object " + std::to_string(index));
     bytes = {copy.data.get(), copy.size};
     contents_.inflated.push_back(std::move(copy));
   }
@@ -407,7 +411,8 @@ bool Reader::read_tree(uint32_t index) {
   tree.brick_count = r.brick_count;
   tree.has_clear = r.cells[0] != 0;
   tree.has_blocked = r.cells[1] != 0 || r.statistical_cells != 0;
-  tree.blocked_answers = r.method == static_cast<uint8_t>(Method::hybrid) ? TreeView::kAllAnswers : TreeView::kProvenAnswers;
+  tree.blocked_answers =
+      r.method == static_cast<uint8_t>(Method::hybrid) ? TreeView::kAllAnswers : TreeView::kProvenAnswers;
   tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
   tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
   tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;
@@ -440,8 +445,8 @@ bool Reader::read_tree(uint32_t index) {
     return report(FindingId::tree_unreferenced, e.offset, std::to_string(s.unreferenced_blocks) + " blocks");
   if (s.duplicate_blocks > 0)
     return report(FindingId::tree_duplicate, e.offset, std::to_string(s.duplicate_blocks) + " blocks");
-  if (s.cells != std::array<uint64_t, 4>{r.cells[0], r.cells[1], r.cells[2], r.statistical_cells} || s.nodes_unfolded != r.nodes_unfolded ||
-      s.nodes_folded != r.nodes_folded || s.nodes_shared != r.nodes_shared)
+  if (s.cells != std::array<uint64_t, 4>{r.cells[0], r.cells[1], r.cells[2], r.statistical_cells} ||
+      s.nodes_unfolded != r.nodes_unfolded || s.nodes_folded != r.nodes_folded || s.nodes_shared != r.nodes_shared)
     return report(FindingId::object_statistics, objects_entry_->offset + index * sizeof(ObjectRecord));
   return true;
 }

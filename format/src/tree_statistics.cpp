@@ -48,8 +48,7 @@ class Groups {
  public:
   uint64_t identity_of(const Node* children) {
     const uint64_t first = children[0].identity;
-    if (first < kClasses &&
-        std::all_of(children, children + 16, [&](const Node& n) { return n.identity == first; }))
+    if (first < kClasses && std::all_of(children, children + 16, [&](const Node& n) { return n.identity == first; }))
       return first;
     uint64_t key[16];
     for (int i = 0; i < 16; ++i) key[i] = children[i].identity;
@@ -102,7 +101,8 @@ Node brick_node(const BrickSummary& brick, uint32_t index) {
   const bool all_statistical = brick.statistical == 4 * kBrickBytes;
   if (index < kUniformBlocks || all_statistical)
     return {all_statistical ? 3 : index, brick.clear, brick.blocked, brick.statistical, 1, 1};
-  return {identity_of_block(index), brick.clear, brick.blocked, brick.statistical, 17u + 16u * brick.mixed_groups, brick.mixed_groups ? 17u : 1u};
+  return {identity_of_block(index),     brick.clear, brick.blocked, brick.statistical, 17u + 16u * brick.mixed_groups,
+          brick.mixed_groups ? 17u : 1u};
 }
 
 // Reduces row-major levels of nodes, sixteen to one, down to one node. nodes has 16^levels entries.

@@ -40,7 +40,8 @@ BeamFrame beam_frame(const QuadBundle& b) {
   return beam;
 }
 
-// The square, perpendicular to the line to the centre, that lies just before the sphere and is as wide as it seems there.
+// The square, perpendicular to the line to the centre, that lies just before the sphere and is as wide as it seems
+// there.
 BeamFrame beam_frame(const SphereBundle& b) {
   BeamFrame beam{};
   std::copy_n(b.origin, 3, beam.origin);
@@ -51,7 +52,8 @@ BeamFrame beam_frame(const SphereBundle& b) {
   for (double& x : axis) x /= distance;
   constexpr double kSlack = 0x1p-10;  // for rounding, and for samples that lie a little outside
   const double height = (distance - radius) * (1 - kSlack);
-  const double half = height * radius / std::sqrt(distance * distance - radius * radius) * (1 + kSlack) + height * 0x1p-20;
+  const double half =
+      height * radius / std::sqrt(distance * distance - radius * radius) * (1 + kSlack) + height * 0x1p-20;
   size_t thinnest = 0;
   for (size_t a = 1; a < 3; ++a)
     if (std::abs(axis[a]) < std::abs(axis[thinnest])) thinnest = a;
@@ -65,7 +67,8 @@ BeamFrame beam_frame(const SphereBundle& b) {
     beam.corner[a] = static_cast<float>(height * axis[a] - half * (first[a] + second[a]));
     beam.edge_u[a] = static_cast<float>(2 * half * first[a]), beam.edge_v[a] = static_cast<float>(2 * half * second[a]);
     beam.axis[a] = static_cast<float>(axis[a]);
-    beam.to_u[a] = static_cast<float>(first[a] * height / (2 * half)), beam.to_v[a] = static_cast<float>(second[a] * height / (2 * half));
+    beam.to_u[a] = static_cast<float>(first[a] * height / (2 * half)),
+    beam.to_v[a] = static_cast<float>(second[a] * height / (2 * half));
   }
   beam.reach = (distance + radius) / height * (1 + kSlack);
   beam.usable = true;
@@ -75,7 +78,8 @@ BeamFrame beam_frame(const SphereBundle& b) {
 namespace {
 
 void pad(BundleChunk& chunk) {
-  for (size_t i = chunk.count; i % kRun != 0; ++i) chunk.own_u[i] = chunk.own_u[chunk.count - 1], chunk.own_v[i] = chunk.own_v[chunk.count - 1];
+  for (size_t i = chunk.count; i % kRun != 0; ++i)
+    chunk.own_u[i] = chunk.own_u[chunk.count - 1], chunk.own_v[i] = chunk.own_v[chunk.count - 1];
   chunk.u = chunk.own_u, chunk.v = chunk.own_v;
 }
 
@@ -93,7 +97,8 @@ void place(const QuadBundle& bundle, const BeamFrame&, BundleChunk& chunk) {
 void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk) {
   for (size_t i = 0; i < chunk.count; ++i) {
     const size_t at = chunk.first + i;
-    const float d[3] = {bundle.x[at] - bundle.origin[0], bundle.y[at] - bundle.origin[1], bundle.z[at] - bundle.origin[2]};
+    const float d[3] = {bundle.x[at] - bundle.origin[0], bundle.y[at] - bundle.origin[1],
+                        bundle.z[at] - bundle.origin[2]};
     const auto along = [&](const float(&n)[3]) { return d[0] * n[0] + d[1] * n[1] + d[2] * n[2]; };
     const float scale = 1.0f / along(frame.axis);
     chunk.own_u[i] = along(frame.to_u) * scale + 0.5f;
@@ -110,13 +115,15 @@ bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], con
     const double scale = frame.scale[a];
     origin[a] = (double{beam.origin[a]} - double{frame.min[a]}) * scale;
     for (size_t c = 0; c < 4; ++c)
-      ray[c][a] = scale * (beam.corner[a] + double{u[c == 1 || c == 2]} * beam.edge_u[a] + double{v[c >= 2]} * beam.edge_v[a]);
+      ray[c][a] =
+          scale * (beam.corner[a] + double{u[c == 1 || c == 2]} * beam.edge_u[a] + double{v[c >= 2]} * beam.edge_v[a]);
   }
   // All on the outer side of one face of the box.
   for (size_t a = 0; a < 3; ++a) {
     double low = origin[a], high = origin[a];
     for (const Vec& r : ray) {
-      const double end = origin[a] + std::max(r[a], r[a] * beam.reach), near_end = origin[a] + std::min(r[a], r[a] * beam.reach);
+      const double end = origin[a] + std::max(r[a], r[a] * beam.reach),
+                   near_end = origin[a] + std::min(r[a], r[a] * beam.reach);
       low = std::min(low, near_end), high = std::max(high, end);
     }
     if (high <= 0 || low >= kSize) return true;

@@ -21,6 +21,8 @@ inline void set_bits(Visibility answer, size_t i, uint64_t* blocked, uint64_t* o
 }
 
 // The next `count` of them, at most 64, all in one word.
-inline uint64_t bits_from(size_t i, size_t count) { return (count == 64 ? ~uint64_t{0} : (uint64_t{1} << count) - 1) << (i % 64); }
+inline uint64_t bits_from(size_t i, size_t count) {
+  return (count == 64 ? ~uint64_t{0} : (uint64_t{1} << count) - 1) << (i % 64);
+}
 
 }  // namespace vcd

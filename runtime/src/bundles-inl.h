@@ -22,17 +22,22 @@ namespace HWY_NAMESPACE {
 static_assert(kWidth >= 4 && kRun % kWidth == 0 && kChunk % kRun == 0);  // four corner lines
 
 // Directions of one run's segments.
-HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const BundleChunk& chunk, size_t at, float* const (&into)[3]) {
+HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const BundleChunk& chunk, size_t at,
+                              float* const (&into)[3]) {
   for (size_t i = 0; i < kRun; i += kWidth) {
     const Floats u = hn::LoadU(F(), chunk.u + at + i), v = hn::LoadU(F(), chunk.v + at + i);
     for (int a = 0; a < 3; ++a)
-      hn::StoreU(hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(u, all(frame.edge_u[a]))), hn::Mul(v, all(frame.edge_v[a]))), F(), into[a] + i);
+      hn::StoreU(
+          hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(u, all(frame.edge_u[a]))), hn::Mul(v, all(frame.edge_v[a]))),
+          F(), into[a] + i);
   }
 }
-HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, const BundleChunk& chunk, size_t at, float* const (&into)[3]) {
+HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, const BundleChunk& chunk, size_t at,
+                              float* const (&into)[3]) {
   for (size_t k = 0; k < kRun; ++k) {
     const size_t i = chunk.first + std::min(at + k, chunk.count - 1);
-    into[0][k] = bundle.x[i] - bundle.origin[0], into[1][k] = bundle.y[i] - bundle.origin[1], into[2][k] = bundle.z[i] - bundle.origin[2];
+    into[0][k] = bundle.x[i] - bundle.origin[0], into[1][k] = bundle.y[i] - bundle.origin[1],
+    into[2][k] = bundle.z[i] - bundle.origin[2];
   }
 }
 
@@ -67,28 +72,33 @@ HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
   const hn::FixedTag<uint8_t, kRun> bytes;
   uint8_t bits[8] = {};
   const auto wanted = hn::Set(bytes, bit);
-  hn::StoreMaskBits(bytes, hn::Eq(hn::And(hn::LoadU(bytes, reinterpret_cast<const uint8_t*>(answers)), wanted), wanted), bits);
+  hn::StoreMaskBits(bytes, hn::Eq(hn::And(hn::LoadU(bytes, reinterpret_cast<const uint8_t*>(answers)), wanted), wanted),
+                    bits);
   return static_cast<uint64_t>(bits[0] | bits[1] << 8);
 }
 
 // What all lines through a rectangle of the beam's parallelogram have in common.
 template <class Grid>
-HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const float (&u_bounds)[2], const float (&v_bounds)[2]) {
+HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const float (&u_bounds)[2],
+                                 const float (&v_bounds)[2]) {
   HWY_ALIGN float u[kWidth], v[kWidth];
   for (size_t c = 0; c < kWidth; ++c) u[c] = u_bounds[c & 1], v[c] = v_bounds[c >> 1 & 1];
   const Floats cu = hn::Load(F(), u), cv = hn::Load(F(), v);
   Lanes lanes;
   for (int a = 0; a < 3; ++a) {
     lanes.origin[a] = all(frame.origin[a]);
-    lanes.direction[a] = hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
+    lanes.direction[a] =
+        hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
   }
   const Lines lines = grid.corner_lines(frame, lanes, cu, cv);
   const Truth usable = hn::And(hn::And(lines.valid, hn::Lt(lines.entry, lines.exit)),
                                hn::And(hn::Gt(lines.entry, hn::Zero(F())), hn::Le(lines.exit, all(kFarthestExit))));
   // Which face pair, and which face first.
-  const Words route = hn::Or(hn::ShiftLeft<1>(lines.pair), hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)));
+  const Words route =
+      hn::Or(hn::ShiftLeft<1>(lines.pair), hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)));
   const uint32_t first = hn::GetLane(route);
-  if (!hn::AllTrue(F(), hn::And(usable, hn::RebindMask(F(), hn::Eq(route, all(first)))))) return Visibility::unclassified;
+  if (!hn::AllTrue(F(), hn::And(usable, hn::RebindMask(F(), hn::Eq(route, all(first))))))
+    return Visibility::unclassified;
   HWY_ALIGN uint32_t stuv[kWidth];
   hn::Store(lines.stuv, U(), stuv);
   CellRange range{first >> 1, {255, 255, 255, 255}, {}};
@@ -107,7 +117,9 @@ HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const
 struct OwnGrid {
   const ObjectData& data;
 
-  HWY_INLINE Lines corner_lines(const BeamFrame&, const Lanes& lanes, Floats, Floats) const { return locate_lines(data.frame, lanes); }
+  HWY_INLINE Lines corner_lines(const BeamFrame&, const Lanes& lanes, Floats, Floats) const {
+    return locate_lines(data.frame, lanes);
+  }
   void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.arrays(data, segments, answers); }
 };
 
@@ -120,17 +132,21 @@ struct PlacedGrid {
     InGrid in = in_grid(grid, lanes);
     Floats size[3];
     for (int a = 0; a < 3; ++a)
-      size[a] = hn::Add(hn::Add(hn::Abs(all(frame.corner[a])), hn::Abs(hn::Mul(u, all(frame.edge_u[a])))), hn::Abs(hn::Mul(v, all(frame.edge_v[a]))));
+      size[a] = hn::Add(hn::Add(hn::Abs(all(frame.corner[a])), hn::Abs(hn::Mul(u, all(frame.edge_u[a])))),
+                        hn::Abs(hn::Mul(v, all(frame.edge_v[a]))));
     in.moving = weighted(grid, size);
     return locate_placed(in);
   }
-  void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.placed(data, grid, segments, answers); }
+  void look_up(const SegmentArrays& segments, Visibility* answers) const {
+    data.many.placed(data, grid, segments, answers);
+  }
 };
 
 // Those runs whose bit in `live` is set; answers of the others stay as they are. blocked, open: the chunk's.
 template <class Grid, class Directions>
-HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live, const float (&u_bounds)[2],
-                                  const float (&v_bounds)[2], const Directions& directions, uint64_t* blocked, uint64_t* open) {
+HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
+                                  const float (&u_bounds)[2], const float (&v_bounds)[2], const Directions& directions,
+                                  uint64_t* blocked, uint64_t* open) {
   if (frame.usable) {
     const Visibility found = beam_class(grid, frame, u_bounds, v_bounds);
     if (found == Visibility::clear) return;
@@ -147,7 +163,8 @@ HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, cons
   for (size_t first = 0; first < count; first += RunsAsArrays::kMost) {
     const size_t some = std::min(RunsAsArrays::kMost, count - first);
     for (size_t k = 0; k < some; ++k)
-      directions(undecided[first + k] * kRun, {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
+      directions(undecided[first + k] * kRun,
+                 {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
     Visibility answers[kChunk];
     grid.look_up(lone.view(some), answers);
     for (size_t k = 0; k < some; ++k) {
@@ -174,21 +191,25 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
     bounds_of(chunk.u, chunk.runs() * kRun, u);
     bounds_of(chunk.v, chunk.runs() * kRun, v);
     if (frame.usable && misses(data.frame, frame, u, v)) continue;
-    classify_chunk_of(OwnGrid{data}, frame, chunk, kAllRuns, u, v, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
-      directions_of(bundle, frame, chunk, at, into);
-    }, blocked + chunk.first / 64, open + chunk.first / 64);
+    classify_chunk_of(
+        OwnGrid{data}, frame, chunk, kAllRuns, u, v,
+        [&](size_t at, float* const(&into)[3]) HWY_ATTR { directions_of(bundle, frame, chunk, at, into); },
+        blocked + chunk.first / 64, open + chunk.first / 64);
   }
 }
 
 // One instance of a scene that is near enough. directions: of all the chunk's segments, whole runs of them.
-void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
-                      const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
+void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk,
+                      uint32_t live, const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
   float u[2], v[2];
   bounds_of(chunk.u, chunk.runs() * kRun, u);
   bounds_of(chunk.v, chunk.runs() * kRun, v);
-  classify_chunk_of(PlacedGrid{data, grid}, frame, chunk, live, u, v, [&](size_t at, float* const(&into)[3]) HWY_ATTR {
-    for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
-  }, blocked, open);
+  classify_chunk_of(
+      PlacedGrid{data, grid}, frame, chunk, live, u, v,
+      [&](size_t at, float* const(&into)[3]) HWY_ATTR {
+        for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
+      },
+      blocked, open);
 }
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd

@@ -22,7 +22,8 @@ struct vcd_scene {
   vcd::Scene scene;
 };
 
-static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) && offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
+static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) &&
+              offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
 static_assert(sizeof(vcd::Visibility) == 1);
 
 namespace {
@@ -51,8 +52,7 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
   try {
     auto* handle = new vcd_sidecar{std::move(*opened), {}};
     *out = handle;
-    for (size_t i = 0; i < handle->sidecar.object_count(); ++i)
-      handle->objects.push_back({handle->sidecar.object(i)});
+    for (size_t i = 0; i < handle->sidecar.object_count(); ++i) handle->objects.push_back({handle->sidecar.object(i)});
     return VCD_SUCCESS;
   } catch (const std::bad_alloc&) {
     delete *out;
@@ -62,7 +62,9 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
 }
 
 // The first version of the options ended before proven_only.
-bool usable(const vcd_open_options* options) { return !options || options->size >= offsetof(vcd_open_options, proven_only); }
+bool usable(const vcd_open_options* options) {
+  return !options || options->size >= offsetof(vcd_open_options, proven_only);
+}
 
 vcd::QuadBundle translate(const vcd_quad_bundle& b) {
   vcd::QuadBundle bundle{};
@@ -94,9 +96,11 @@ struct Trace {
   void* context;
   void operator()(const vcd::OpenSegments& open) const {
     const auto& [origin, t_min, direction, t_max, count] = open.segments;
-    const vcd_open_segments in_c = {open.instance,
-                                    {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
-                                    open.indices, open.blocked};
+    const vcd_open_segments in_c = {
+        open.instance,
+        {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
+        open.indices,
+        open.blocked};
     trace(context, &in_c);
   }
 };
@@ -131,7 +135,8 @@ const char* vcd_kernel(size_t index) try {
   return nullptr;
 }
 
-vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error) try {
+vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar,
+                    vcd_error* error) try {
   if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
   *sidecar = nullptr;
   if (!path || !usable(options)) return fail(error, VCD_ERROR_USAGE, "path is null, or options->size is not set");
@@ -191,8 +196,9 @@ void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, s
 
 void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* segments, uint8_t* answers) {
   const auto& [origin, t_min, direction, t_max, count] = *segments;
-  object->object.classify({{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
-                          std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
+  object->object.classify(
+      {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
+      std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
 }
 
 void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open) {
@@ -205,7 +211,8 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
   object->object.classify(translate(*bundle), {blocked, words}, {open, words});
 }
 
-vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene, vcd_error* error) try {
+vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene,
+                           vcd_error* error) try {
   if (!scene) return fail(error, VCD_ERROR_USAGE, "scene is null");
   *scene = nullptr;
   if (!instances && count) return fail(error, VCD_ERROR_USAGE, "instances is null");
@@ -247,20 +254,22 @@ vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* seg
   return static_cast<vcd_visibility>(scene->scene.classify(copy, {mask, std::span(&origin, 1)}));
 }
 
-void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query, vcd_trace_open trace,
-                        void* context, uint64_t* blocked) {
-  scene->scene.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {blocked, (count + 63) / 64}, Trace{trace, context},
-                        translate(query, count));
+void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
+                        vcd_trace_open trace, void* context, uint64_t* blocked) {
+  scene->scene.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {blocked, (count + 63) / 64},
+                        Trace{trace, context}, translate(query, count));
 }
 
-void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
-                             void* context, uint64_t* blocked) {
-  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context}, translate(query, 1));
+void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
+                             vcd_trace_open trace, void* context, uint64_t* blocked) {
+  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
+                        translate(query, 1));
 }
 
-void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
-                               void* context, uint64_t* blocked) {
-  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context}, translate(query, 1));
+void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
+                               vcd_trace_open trace, void* context, uint64_t* blocked) {
+  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
+                        translate(query, 1));
 }
 
 }  // extern "C"

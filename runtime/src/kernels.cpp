@@ -32,8 +32,8 @@ namespace HWY_NAMESPACE {
 template <uint32_t... kDepths>
 Kernels kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   return {hwy::TargetName(HWY_TARGET),
-          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyPlacedOf<kDepths + 1>, &ClassifyBundleOf<QuadBundle>,
-                       &ClassifyBundleOf<SphereBundle>}...},
+          {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyPlacedOf<kDepths + 1>,
+                       &ClassifyBundleOf<QuadBundle>, &ClassifyBundleOf<SphereBundle>}...},
           {&ClassifySceneOf, &BoxesInBeam, &ClassifyBundleIn, &ToObject}};
 }
 Kernels MakeKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
@@ -50,7 +50,8 @@ namespace {
 // One segment after the other.
 template <uint32_t kDepth>
 void segments_of(const ObjectData& data, std::span<const Segment> segments, Visibility* answers) {
-  for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(data.frame, data.tree, tree_shape(kDepth), segments[i]);
+  for (size_t i = 0; i < segments.size(); ++i)
+    answers[i] = classify(data.frame, data.tree, tree_shape(kDepth), segments[i]);
 }
 template <uint32_t kDepth>
 void arrays_of(const ObjectData& data, const SegmentArrays& segments, Visibility* answers) {
@@ -100,14 +101,17 @@ struct Placed {
 };
 Placed placed(const ToGrid& grid, const Segment& segment) {
   const Segment in = in_grid(grid, segment);
-  const float *d = segment.direction, o[3] = {segment.origin[0] - grid.centre[0], segment.origin[1] - grid.centre[1], segment.origin[2] - grid.centre[2]};
+  const float *d = segment.direction, o[3] = {segment.origin[0] - grid.centre[0], segment.origin[1] - grid.centre[1],
+                                              segment.origin[2] - grid.centre[2]};
   constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
   const LineCell line = locate(kGridItself, in);
   const auto weighted = [&](const float* x) {
-    return (grid.column[0][3] * std::abs(x[0]) + grid.column[1][3] * std::abs(x[1])) + grid.column[2][3] * std::abs(x[2]);
+    return (grid.column[0][3] * std::abs(x[0]) + grid.column[1][3] * std::abs(x[1])) +
+           grid.column[2][3] * std::abs(x[2]);
   };
   const auto norm = [](const float* x) { return (std::abs(x[0]) + std::abs(x[1])) + std::abs(x[2]); };
-  const float reach = (weighted(o) + norm(in.origin)) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d);
+  const float reach =
+      (weighted(o) + norm(in.origin)) + std::max(std::abs(line.t_entry), std::abs(line.t_exit)) * weighted(d);
   PairPlace place = PairPlace::unknown;
   if (line.valid && reach <= kFarthestReach) {
     const bool outside = !line.hits || segment.t_min >= line.t_exit || segment.t_max <= line.t_entry;
@@ -119,7 +123,8 @@ Placed placed(const ToGrid& grid, const Segment& segment) {
 
 void classify_pair(const SceneData& scene, const Segment& segment, const ScenePair& pair, SceneAnswers answers) {
   const Placed p = placed(scene.to_grid[pair.instance], segment);
-  answers.take(pair, pair_answer(scene.objects[pair.instance], p.place, p.line, segment.t_min, segment.t_max), p.length);
+  answers.take(pair, pair_answer(scene.objects[pair.instance], p.place, p.line, segment.t_min, segment.t_max),
+               p.length);
 }
 
 template <uint32_t kDepth>
@@ -130,17 +135,19 @@ void placed_of(const ObjectData& data, const ToGrid& grid, const SegmentArrays& 
   }
 }
 
-void bundle_in(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
-               const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
+void bundle_in(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk,
+               uint32_t live, const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
   for (size_t i = 0; i < chunk.count; ++i) {
     if (!(live >> (i / kRun) & 1)) continue;
     const auto& o = frame.origin;
-    const Placed p = placed(grid, {{o[0], o[1], o[2]}, 0.0f, {directions[0][i], directions[1][i], directions[2][i]}, 1.0f});
+    const Placed p =
+        placed(grid, {{o[0], o[1], o[2]}, 0.0f, {directions[0][i], directions[1][i], directions[2][i]}, 1.0f});
     set_bits(pair_answer(&data, p.place, p.line, 0.0f, 1.0f), i, blocked, open);
   }
 }
 
-void to_object(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world, float* const (&origin)[3], float* const (&direction)[3]) {
+void to_object(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world, float* const (&origin)[3],
+               float* const (&direction)[3]) {
   for (size_t i = 0; i < world.count; ++i) {
     const Segment s = in_grid(grid, segment_at(world, i));
     for (int a = 0; a < 3; ++a) {
@@ -150,7 +157,8 @@ void to_object(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& wo
   }
 }
 
-void scene_one_by_one(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {
+void scene_one_by_one(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
+                      SceneAnswers answers) {
   walk_scene(scene, segments, query, answers, boxes_met,
              [&](const ScenePair& pair) { classify_pair(scene, segments[pair.segment], pair, answers); });
 }

@@ -74,8 +74,8 @@ struct Lines {
   Truth valid;
   Floats entry, exit;
   Words pair, low, high;  // and its faces
-  Truth swapped;  // they enter by the higher face of the pair
-  Words stuv;     // s, t, u, v, one byte each
+  Truth swapped;          // they enter by the higher face of the pair
+  Words stuv;             // s, t, u, v, one byte each
 };
 
 // What classify() in <vcd/format/tree.h> knows of segments before it looks at the tree.
@@ -89,7 +89,8 @@ template <uint32_t kLow, uint32_t kBits>
 HWY_INLINE Words row_major_of(Words stuv) {
   constexpr uint32_t kMask = (1u << kBits) - 1;
   const Words bytes = hn::And(hn::ShiftRight<kLow>(stuv), all(kMask * 0x01010101u));
-  const Words pairs = hn::And(hn::Or(bytes, hn::ShiftRight<8 - kBits>(bytes)), all(((1u << 2 * kBits) - 1) * 0x00010001u));
+  const Words pairs =
+      hn::And(hn::Or(bytes, hn::ShiftRight<8 - kBits>(bytes)), all(((1u << 2 * kBits) - 1) * 0x00010001u));
   return hn::And(hn::Or(pairs, hn::ShiftRight<16 - 2 * kBits>(pairs)), all((1u << 4 * kBits) - 1));
 }
 
@@ -99,8 +100,8 @@ HWY_INLINE Words row_major_of(Words stuv) {
 #define VCD_LOCATE_INLINE HWY_INLINE
 #endif
 
-// The same operations in the same order as locate(), for valid lines that hit. Of others pair and stuv are anything that
-// exists.
+// The same operations in the same order as locate(), for valid lines that hit. Of others pair and stuv are anything
+// that exists.
 VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes) {
   const Floats zero = hn::Zero(F());
   Floats p[3], q[3], near[3], far[3];
@@ -108,14 +109,16 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
     p[i] = hn::Mul(hn::Sub(lanes.origin[i], all(frame.min[i])), all(frame.scale[i]));
     q[i] = hn::Mul(lanes.direction[i], all(frame.scale[i]));
   }
-  const auto norm = [](const Floats(&x)[3]) HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x[0]), hn::Abs(x[1])), hn::Abs(x[2])); };
+  const auto norm = [](const Floats(&x)[3])
+                        HWY_ATTR { return hn::Add(hn::Add(hn::Abs(x[0]), hn::Abs(x[1])), hn::Abs(x[2])); };
   const Floats distance = norm(p), length = norm(q);
   const Truth valid = hn::And(hn::Le(distance, all(kFarthestOrigin)),
                               hn::And(hn::Ge(length, all(kShortestDirection)), hn::Le(length, all(kLongestDirection))));
   for (int i = 0; i < 3; ++i) {
     q[i] = hn::CopySign(hn::Max(hn::Abs(q[i]), all(kSmallestComponent)), q[i]);
     const Floats reciprocal = hn::Div(all(1.0f), q[i]);
-    const Floats at_low = hn::Mul(hn::Sub(zero, p[i]), reciprocal), at_high = hn::Mul(hn::Sub(all(kGrid), p[i]), reciprocal);
+    const Floats at_low = hn::Mul(hn::Sub(zero, p[i]), reciprocal),
+                 at_high = hn::Mul(hn::Sub(all(kGrid), p[i]), reciprocal);
     near[i] = hn::Min(at_low, at_high);
     far[i] = hn::Max(at_low, at_high);
   }
@@ -130,8 +133,10 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
     const hn::DFromV<decltype(a)> d;
     return hn::IfThenElse(hn::RebindMask(d, x), a, hn::IfThenElse(hn::RebindMask(d, z), c, b));
   };
-  const Words entry_face = of_axis(entry_x, entry_z, negative[0], hn::Add(negative[1], all(2u)), hn::Add(negative[2], all(4u)));
-  const Words exit_face = hn::Xor(of_axis(exit_x, exit_z, negative[0], hn::Add(negative[1], all(2u)), hn::Add(negative[2], all(4u))), all(1u));
+  const Words entry_face =
+      of_axis(entry_x, entry_z, negative[0], hn::Add(negative[1], all(2u)), hn::Add(negative[2], all(4u)));
+  const Words exit_face = hn::Xor(
+      of_axis(exit_x, exit_z, negative[0], hn::Add(negative[1], all(2u)), hn::Add(negative[2], all(4u))), all(1u));
   Floats e[3], x[3];
   for (int i = 0; i < 3; ++i) {
     e[i] = hn::Add(hn::Mul(q[i], entry), p[i]);
@@ -157,7 +162,8 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
 // covers(), for lines that meet the box. Of others it is anything.
 HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, const Lines& lines) {
   const auto margin = [&](Words face, Words first, Words second) HWY_ATTR {
-    const Words square = hn::Or(hn::ShiftLeft<8>(face), hn::Or(hn::ShiftLeft<4>(hn::And(first, all(15u))), hn::And(second, all(15u))));
+    const Words square =
+        hn::Or(hn::ShiftLeft<8>(face), hn::Or(hn::ShiftLeft<4>(hn::And(first, all(15u))), hn::And(second, all(15u))));
     const Words word = gather(reinterpret_cast<const uint32_t*>(margins), hn::ShiftRight<2>(square));
     const Words byte = hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(square, all(3u)))), all(255u));
     return hn::Mul(hn::ConvertTo(F(), hn::BitCast(I(), byte)), all(1 / kGrid));
@@ -165,27 +171,33 @@ HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, cons
   const Floats at_low = margin(lines.low, hn::ShiftRight<28>(lines.stuv), hn::ShiftRight<20>(lines.stuv));
   const Floats at_high = margin(lines.high, hn::ShiftRight<12>(lines.stuv), hn::ShiftRight<4>(lines.stuv));
   const Floats way = hn::Sub(lines.exit, lines.entry);
-  const Floats at_entry = hn::IfThenElse(lines.swapped, at_high, at_low), at_exit = hn::IfThenElse(lines.swapped, at_low, at_high);
-  return hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)), hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way)));
+  const Floats at_entry = hn::IfThenElse(lines.swapped, at_high, at_low),
+               at_exit = hn::IfThenElse(lines.swapped, at_low, at_high);
+  return hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)),
+                 hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way)));
 }
 
 template <uint32_t kDepth>
 HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const Lines& lines) {
   constexpr TreeShape kShape = tree_shape(kDepth);
-  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
+  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)),
+                               hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
   Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
   if (tree.margins) {
     const Truth within = hn::AndNot(hn::Or(outside, pierces), lines.valid);
-    if (!hn::AllFalse(F(), within)) pierces = hn::Or(pierces, hn::And(within, covers_lanes(tree.margins, lanes, lines)));
+    if (!hn::AllFalse(F(), within))
+      pierces = hn::Or(pierces, hn::And(within, covers_lanes(tree.margins, lanes, lines)));
   }
   // Lines that miss the box, and those that nothing in this tree can answer, read the spare slot.
   Truth answerable = lines.valid;
   if (!tree.has_clear) answerable = hn::And(answerable, tree.has_blocked ? hn::Or(outside, pierces) : outside);
   Words in_table = lines.pair;
   if constexpr (kShape.top_levels > 0)
-    in_table = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(lines.pair), row_major_of<8 - kShape.top_levels, kShape.top_levels>(lines.stuv));
+    in_table = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(lines.pair),
+                      row_major_of<8 - kShape.top_levels, kShape.top_levels>(lines.stuv));
   constexpr uint32_t kNone = 0b10'10'10'10u, kClearOnly = 0b10'10'10'00u;
-  const Words answers = hn::IfThenElse(hn::RebindMask(U(), pierces), all(kClearOnly ^ tree.blocked_answers), all(kClearOnly));
+  const Words answers =
+      hn::IfThenElse(hn::RebindMask(U(), pierces), all(kClearOnly ^ tree.blocked_answers), all(kClearOnly));
   return {hn::IfThenElse(hn::RebindMask(U(), hn::AndNot(outside, answerable)), in_table, all(kShape.top_words())),
           hn::IfThenElse(hn::RebindMask(U(), answerable), answers, all(kNone))};
 }
@@ -213,23 +225,27 @@ HWY_INLINE void classify_chunk(const TreeView& tree, size_t groups, const Locate
   if constexpr (kShape.has_blocks256) {
     constexpr uint32_t kLow = 8 - kShape.top_levels - 2;
     for (size_t at = 0; at < groups * kWidth; at += kWidth) {
-      const Words word = hn::Or(hn::ShiftLeft<8>(hn::Load(U(), index + at)), row_major_of<kLow, 2>(hn::Load(U(), stuv + at)));
+      const Words word =
+          hn::Or(hn::ShiftLeft<8>(hn::Load(U(), index + at)), row_major_of<kLow, 2>(hn::Load(U(), stuv + at)));
       hn::Store(gather(tree.blocks256, word), U(), index + at);
     }
   }
   if constexpr (kShape.has_blocks16) {
     for (size_t at = 0; at < groups * kWidth; at += kWidth) {
-      const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), row_major_of<kBrickLow + 2, 1>(hn::Load(U(), stuv + at)));
+      const Words word =
+          hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), row_major_of<kBrickLow + 2, 1>(hn::Load(U(), stuv + at)));
       hn::Store(gather(tree.blocks16, word), U(), index + at);
     }
   }
   for (size_t at = 0; at < groups * kWidth; at += kWidth) {
     const Words cell = row_major_of<kBrickLow, 2>(hn::Load(U(), stuv + at));
     const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), hn::ShiftRight<4>(cell));
-    const Words bits = hn::Shr(gather(reinterpret_cast<const uint32_t*>(tree.bricks), word), hn::ShiftLeft<1>(hn::And(cell, all(15u))));
+    const Words bits = hn::Shr(gather(reinterpret_cast<const uint32_t*>(tree.bricks), word),
+                               hn::ShiftLeft<1>(hn::And(cell, all(15u))));
     const Words answer = hn::Shr(hn::Load(U(), table + at), hn::ShiftLeft<1>(hn::And(bits, all(3u))));
     const hn::Rebind<uint8_t, I> bytes;
-    hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(I(), hn::And(answer, all(3u)))), bytes, reinterpret_cast<uint8_t*>(answers + at));
+    hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(I(), hn::And(answer, all(3u)))), bytes,
+               reinterpret_cast<uint8_t*>(answers + at));
   }
 }
 

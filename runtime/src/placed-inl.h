@@ -33,27 +33,34 @@ HWY_INLINE InGrid in_grid(const ToGrid& grid, const Lanes& world) {
   in.lanes.t_min = world.t_min, in.lanes.t_max = world.t_max;
   for (size_t i = 0; i < 3; ++i) {
     const Floats c0 = all(grid.column[0][i]), c1 = all(grid.column[1][i]), c2 = all(grid.column[2][i]);
-    in.lanes.origin[i] = hn::Add(hn::Add(hn::Mul(c0, o[0]), hn::Mul(c1, o[1])), hn::Add(hn::Mul(c2, o[2]), all(grid.offset[i])));
-    in.lanes.direction[i] = hn::Add(hn::Add(hn::Mul(c0, world.direction[0]), hn::Mul(c1, world.direction[1])), hn::Mul(c2, world.direction[2]));
+    in.lanes.origin[i] =
+        hn::Add(hn::Add(hn::Mul(c0, o[0]), hn::Mul(c1, o[1])), hn::Add(hn::Mul(c2, o[2]), all(grid.offset[i])));
+    in.lanes.direction[i] = hn::Add(hn::Add(hn::Mul(c0, world.direction[0]), hn::Mul(c1, world.direction[1])),
+                                    hn::Mul(c2, world.direction[2]));
   }
   in.fixed = hn::Add(weighted(grid, o), norm(in.lanes.origin));
   in.moving = weighted(grid, world.direction);
   return in;
 }
 
-// A segment by itself: its origin, and in place of t_min and t_max what the fixed and the moving part of rounding grow with
-// but for the origin's distance in the grid.
+// A segment by itself: its origin, and in place of t_min and t_max what the fixed and the moving part of rounding grow
+// with but for the origin's distance in the grid.
 HWY_INLINE void in_grid(const ToGrid& grid, const Segment& world, Segment& into) {
   const hn::FixedTag<float, 4> four;
   const hn::RebindToUnsigned<decltype(four)> words;
   HWY_ALIGN constexpr uint32_t kBut[4] = {~0u, ~0u, ~0u, 0x7FFFFFFFu};  // the fourth without its sign
   const auto but = hn::BitCast(four, hn::Load(words, kBut));
-  const auto o = hn::Sub(hn::LoadU(four, world.origin), hn::Load(four, grid.centre)), d = hn::LoadU(four, world.direction);
-  const auto c0 = hn::Load(four, grid.column[0]), c1 = hn::Load(four, grid.column[1]), c2 = hn::Load(four, grid.column[2]);
+  const auto o = hn::Sub(hn::LoadU(four, world.origin), hn::Load(four, grid.centre)),
+             d = hn::LoadU(four, world.direction);
+  const auto c0 = hn::Load(four, grid.column[0]), c1 = hn::Load(four, grid.column[1]),
+             c2 = hn::Load(four, grid.column[2]);
   const auto times = [&](auto column, auto x) HWY_ATTR { return hn::Mul(column, hn::And(x, but)); };
   hn::StoreU(hn::Add(hn::Add(times(c0, hn::Broadcast<0>(o)), times(c1, hn::Broadcast<1>(o))),
-                     hn::Add(times(c2, hn::Broadcast<2>(o)), hn::Load(four, grid.offset))), four, into.origin);
-  hn::StoreU(hn::Add(hn::Add(times(c0, hn::Broadcast<0>(d)), times(c1, hn::Broadcast<1>(d))), times(c2, hn::Broadcast<2>(d))), four, into.direction);
+                     hn::Add(times(c2, hn::Broadcast<2>(o)), hn::Load(four, grid.offset))),
+             four, into.origin);
+  hn::StoreU(
+      hn::Add(hn::Add(times(c0, hn::Broadcast<0>(d)), times(c1, hn::Broadcast<1>(d))), times(c2, hn::Broadcast<2>(d))),
+      four, into.direction);
 }
 
 // Valid are those that the guard band covers.
@@ -70,15 +77,19 @@ template <uint32_t kDepth>
 void ClassifyPlacedOf(const ObjectData& data, const ToGrid& grid, const SegmentArrays& segments, Visibility* answers) {
   for (size_t done = 0; done < segments.count; done += kChunk) {
     const size_t groups = std::min(kChunk, segments.count - done) / kWidth;
-    classify_chunk<kDepth>(data.tree, groups, [&](size_t g) HWY_ATTR {
-      const InGrid in = in_grid(grid, load(segments, done + g * kWidth));
-      return Located{in.lanes, locate_placed(in)};
-    }, answers + done);
+    classify_chunk<kDepth>(
+        data.tree, groups,
+        [&](size_t g) HWY_ATTR {
+          const InGrid in = in_grid(grid, load(segments, done + g * kWidth));
+          return Located{in.lanes, locate_placed(in)};
+        },
+        answers + done);
   }
 }
 
 // Segments of the world in the object's frame. count: a multiple of kRun; `into` likewise.
-HWY_NOINLINE void ToObject(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world, float* const (&origin)[3], float* const (&direction)[3]) {
+HWY_NOINLINE void ToObject(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world,
+                           float* const (&origin)[3], float* const (&direction)[3]) {
   for (size_t i = 0; i < world.count; i += kWidth) {
     const InGrid in = in_grid(grid, load(world, i));
     for (size_t a = 0; a < 3; ++a) {

@@ -11,17 +11,20 @@ class Reader {
   explicit Reader(const TreeView& tree) : tree_(tree), shape_(tree.shape) {}
 
   Visibility classify(const CellRange& range) {
-    const bool agree = each_child(range, shape_.levels - shape_.top_levels, [&](uint32_t at, const CellRange& part) {
-      const uint32_t index = tree_.top[range.pair << (4 * shape_.top_levels) | at];
-      return shape_.has_blocks256 ? visit256(index, part) : visit16(index, part);
-    }, shape_.top_levels);
+    const bool agree = each_child(
+        range, shape_.levels - shape_.top_levels,
+        [&](uint32_t at, const CellRange& part) {
+          const uint32_t index = tree_.top[range.pair << (4 * shape_.top_levels) | at];
+          return shape_.has_blocks256 ? visit256(index, part) : visit16(index, part);
+        },
+        shape_.top_levels);
     if (!agree || seen_unclassified_) return Visibility::unclassified;
     return seen_clear_ ? Visibility::clear : Visibility::blocked;
   }
 
  private:
-  // visit(row-major index, its part of the range) for each child that the range reaches, until one returns false. A child
-  // is 2^below cells wide, and there are 2^bits in a row.
+  // visit(row-major index, its part of the range) for each child that the range reaches, until one returns false. A
+  // child is 2^below cells wide, and there are 2^bits in a row.
   template <class Visit>
   bool each_child(const CellRange& range, uint32_t below, const Visit& visit, uint32_t bits) {
     uint32_t first[4], last[4];
@@ -56,23 +59,30 @@ class Reader {
 
   bool visit256(uint32_t index, const CellRange& range) {
     if (index < kUniformBlocks) return see(index);
-    return each_child(range, shape_.has_blocks16 ? 3 : 2, [&](uint32_t at, const CellRange& part) {
-      return visit16(tree_.blocks256[size_t{index} * kBlock256Words + at], part);
-    }, 2);
+    return each_child(
+        range, shape_.has_blocks16 ? 3 : 2,
+        [&](uint32_t at, const CellRange& part) {
+          return visit16(tree_.blocks256[size_t{index} * kBlock256Words + at], part);
+        },
+        2);
   }
   bool visit16(uint32_t index, const CellRange& range) {
     if (!shape_.has_blocks16) return visit_brick(index, range);
     if (index < kUniformBlocks) return see(index);
-    return each_child(range, 2, [&](uint32_t at, const CellRange& part) {
-      return visit_brick(tree_.blocks16[size_t{index} * kBlock16Words + at], part);
-    }, 1);
+    return each_child(
+        range, 2,
+        [&](uint32_t at, const CellRange& part) {
+          return visit_brick(tree_.blocks16[size_t{index} * kBlock16Words + at], part);
+        },
+        1);
   }
 
   // A word of a brick holds the sixteen cells of one s and t, a byte of it the four of one u.
   bool visit_brick(uint32_t index, const CellRange& range) {
     if (index < kUniformBlocks) return see(index);
     const uint32_t row = (4u << (2 * range.high[3])) - (1u << (2 * range.low[3]));
-    const auto rows = static_cast<uint32_t>((uint64_t{256} << (8 * range.high[2])) - (uint64_t{1} << (8 * range.low[2])));
+    const auto rows =
+        static_cast<uint32_t>((uint64_t{256} << (8 * range.high[2])) - (uint64_t{1} << (8 * range.low[2])));
     const uint32_t cells = row * 0x01010101u & rows, low_bits = cells & 0x55555555u;
     uint32_t any = 0, all = ~0u;
     for (uint32_t s = range.low[0]; s <= range.high[0]; ++s)

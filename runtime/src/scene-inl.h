@@ -56,8 +56,10 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
       else far = hn::Min(far, t);
     };
     for (int a = 0; a < 3; ++a) {
-      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all8(beam.origin_low[a])), beam.inverse_low[a], beam.inverse_low[a] < 0);
-      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all8(beam.origin_high[a])), beam.inverse_high[a], beam.inverse_high[a] > 0);
+      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all8(beam.origin_low[a])), beam.inverse_low[a],
+            beam.inverse_low[a] < 0);
+      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all8(beam.origin_high[a])), beam.inverse_high[a],
+            beam.inverse_high[a] > 0);
     }
     met |= meet(near, far) << i;
   }
@@ -65,8 +67,8 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
 }
 
 // At most kWidth pairs, each instance in its own grid.
-HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs, size_t count,
-                               SceneAnswers answers) {
+HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs,
+                               size_t count, SceneAnswers answers) {
   HWY_ALIGN Segment moved[kWidth] = {};
   HWY_ALIGN float t_min[kWidth] = {}, t_max[kWidth] = {};
   for (size_t k = 0; k < count; ++k) {
@@ -80,7 +82,8 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   in.lanes.t_min = hn::Load(F(), t_min), in.lanes.t_max = hn::Load(F(), t_max);
   const Lanes& lanes = in.lanes;
   const Lines lines = locate_placed(in);
-  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)), hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
+  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)),
+                               hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
   const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
 
   HWY_ALIGN uint32_t stuv[kWidth], face_pair[kWidth], place[kWidth], swapped[kWidth];
@@ -91,17 +94,31 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   hn::Store(lines.stuv, U(), stuv);
   hn::Store(lines.pair, U(), face_pair);
   const auto number = [](PairPlace p) HWY_ATTR { return all(static_cast<uint32_t>(p)); };
-  const Words within = hn::IfThenElse(hn::RebindMask(U(), pierces), number(PairPlace::pierces), number(PairPlace::ends_inside));
+  const Words within =
+      hn::IfThenElse(hn::RebindMask(U(), pierces), number(PairPlace::pierces), number(PairPlace::ends_inside));
   const Words known = hn::IfThenElse(hn::RebindMask(U(), outside), number(PairPlace::outside), within);
   hn::Store(hn::IfThenElse(hn::RebindMask(U(), lines.valid), known, number(PairPlace::unknown)), U(), place);
   hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(lanes.direction)), F(), length);
   for (size_t k = 0; k < count; ++k) {
-    const LineCell line{true, true, face_pair[k], stuv[k] >> 24, stuv[k] >> 16 & 255, stuv[k] >> 8 & 255, stuv[k] & 255, swapped[k] != 0, entry[k], exit[k]};
-    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), line, t_min[k], t_max[k]), length[k]);
+    const LineCell line{true,
+                        true,
+                        face_pair[k],
+                        stuv[k] >> 24,
+                        stuv[k] >> 16 & 255,
+                        stuv[k] >> 8 & 255,
+                        stuv[k] & 255,
+                        swapped[k] != 0,
+                        entry[k],
+                        exit[k]};
+    answers.take(
+        pairs[k],
+        pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), line, t_min[k], t_max[k]),
+        length[k]);
   }
 }
 
-void ClassifySceneOf(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers) {
+void ClassifySceneOf(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
+                     SceneAnswers answers) {
   ScenePair pairs[kWidth];
   size_t count = 0;
   walk_scene(scene, segments, query, answers, boxes_met, [&](const ScenePair& pair) HWY_ATTR {

@@ -71,12 +71,14 @@ std::optional<Placed> place(const SceneInstance& instance, const Transform& to_w
   for (size_t j = 0; j < 3; ++j) {
     auto& column = placed.to_grid.column[j];
     for (size_t i = 0; i < 3; ++i) column[3] += std::abs(column[i]);
-    finite &= std::isfinite(column[3] + placed.to_grid.centre[j] + placed.to_grid.offset[j] + placed.low[j] + placed.high[j]);
+    finite &=
+        std::isfinite(column[3] + placed.to_grid.centre[j] + placed.to_grid.offset[j] + placed.low[j] + placed.high[j]);
   }
   return finite ? std::optional(placed) : std::nullopt;
 }
 
-// Room between the mesh and the box, as bakers leave it: what a line does that touches the box is then no matter of rounding.
+// Room between the mesh and the box, as bakers leave it: what a line does that touches the box is then no matter of
+// rounding.
 void pad_box(SceneInstance& instance) {
   float longest = 0;
   for (int a = 0; a < 3; ++a) longest = std::max(longest, instance.box_max[a] - instance.box_min[a]);
@@ -118,7 +120,8 @@ class Builder {
       std::fill_n(low, 3, std::numeric_limits<float>::infinity());
       std::fill_n(high, 3, -std::numeric_limits<float>::infinity());
       for (uint32_t i : k < count ? parts[k] : std::span<uint32_t>{})
-        for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], placed_[i].low[a]), high[a] = std::max(high[a], placed_[i].high[a]);
+        for (int a = 0; a < 3; ++a)
+          low[a] = std::min(low[a], placed_[i].low[a]), high[a] = std::max(high[a], placed_[i].high[a]);
       const uint32_t child = k >= count ? kLeaf : parts[k].size() == 1 ? kLeaf | parts[k][0] : add(parts[k]);
       SceneNode& node = nodes_[at];
       for (int a = 0; a < 3; ++a) node.low[a][k] = low[a], node.high[a][k] = high[a];
@@ -137,9 +140,10 @@ class Builder {
       if (high - low > widest) widest = high - low, axis = a;
     }
     const size_t half = order.size() / 2;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(), [&](uint32_t x, uint32_t y) {
-      return centre(x, axis) != centre(y, axis) ? centre(x, axis) < centre(y, axis) : x < y;
-    });
+    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+                     [&](uint32_t x, uint32_t y) {
+                       return centre(x, axis) != centre(y, axis) ? centre(x, axis) < centre(y, axis) : x < y;
+                     });
     return half;
   }
 
@@ -154,7 +158,8 @@ std::optional<Error> Scene::State::set(std::span<const Transform> to_world) {
   for (size_t i = 0; i < instances.size(); ++i) {
     const auto one = place(instances[i], to_world[i]);
     if (!one)
-      return Error{ErrorCode::usage, "instance " + std::to_string(i) + ": its box is empty, or its transform is not finite or cannot be inverted"};
+      return Error{ErrorCode::usage, "instance " + std::to_string(i) +
+                                         ": its box is empty, or its transform is not finite or cannot be inverted"};
     placed.push_back(*one);
   }
   std::vector<SceneNode> nodes;
@@ -185,8 +190,10 @@ uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.mas
 Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::string& kernel) try {
   auto state = std::make_unique<State>();
   const std::vector<Kernels> usable = usable_kernels();
-  const auto chosen = std::find_if(usable.begin(), usable.end(), [&](const Kernels& k) { return kernel.empty() || kernel == k.name; });
-  if (chosen == usable.end()) return Error{ErrorCode::usage, "kernel \"" + kernel + "\": this processor has none of that name"};
+  const auto chosen =
+      std::find_if(usable.begin(), usable.end(), [&](const Kernels& k) { return kernel.empty() || kernel == k.name; });
+  if (chosen == usable.end())
+    return Error{ErrorCode::usage, "kernel \"" + kernel + "\": this processor has none of that name"};
   state->kernels = chosen->scene;
   state->instances.assign(instances.begin(), instances.end());
   std::vector<Transform> transforms;
@@ -216,7 +223,9 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
 }
 
 std::optional<Error> Scene::set_transforms(std::span<const Transform> to_world) try {
-  if (to_world.size() != size()) return Error{ErrorCode::usage, "scene: " + std::to_string(to_world.size()) + " transforms for " + std::to_string(size()) + " instances"};
+  if (to_world.size() != size())
+    return Error{ErrorCode::usage, "scene: " + std::to_string(to_world.size()) + " transforms for " +
+                                       std::to_string(size()) + " instances"};
   return state_->set(to_world);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "scene: out of memory"};
@@ -228,7 +237,8 @@ Visibility Scene::classify(const Segment& segment, const SceneQuery& query) cons
   return answer;
 }
 
-void Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers, const SceneQuery& query) const noexcept {
+void Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,
+                     const SceneQuery& query) const noexcept {
   std::fill_n(answers.begin(), segments.size(), Visibility::clear);
   state_->kernels.segments(state_->data, segments, query, {answers.data(), nullptr});
 }
@@ -250,9 +260,12 @@ Scene::Open Scene::classify(std::span<const Segment> segments, std::span<Visibil
   state_->kernels.segments(state_->data, segments, query, {answers.data(), &sink});
   // Some of them were blocked by a later instance.
   const auto kept = open.first(sink.count);
-  const auto end = std::remove_if(kept.begin(), kept.end(), [&](const OpenPair& p) { return answers[p.segment] == Visibility::blocked; });
+  const auto end = std::remove_if(kept.begin(), kept.end(),
+                                  [&](const OpenPair& p) { return answers[p.segment] == Visibility::blocked; });
   std::sort(kept.begin(), end, [](const OpenPair& a, const OpenPair& b) {
-    return a.segment != b.segment ? a.segment < b.segment : a.length != b.length ? a.length > b.length : a.instance < b.instance;
+    return a.segment != b.segment ? a.segment < b.segment
+           : a.length != b.length ? a.length > b.length
+                                  : a.instance < b.instance;
   });
   return {static_cast<size_t>(end - kept.begin()), sink.complete};
 }

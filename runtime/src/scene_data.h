@@ -16,11 +16,12 @@
 
 namespace vcd {
 
-// An instance's transform from the world to its object's grid: grid = Σ column[a] · (world − centre)[a] + offset, in the first three
-// of four.
+// An instance's transform from the world to its object's grid: grid = Σ column[a] · (world − centre)[a] + offset, in
+// the first three of four.
 struct alignas(16) ToGrid {
   float centre[4];     // the fourth is 0
-  float column[3][4];  // the fourth is the sum of the others' absolute values: what rounding has to do with each coordinate
+  float column[3][4];  // the fourth is the sum of the others' absolute values: what rounding has to do with each
+                       // coordinate
   float offset[4];     // the fourth is 0
 };
 // A segment of the world in an instance's grid.
@@ -54,7 +55,8 @@ struct SceneData {
   std::vector<SceneNode> nodes;  // the first is the root; none: no instances
   std::vector<ToGrid> to_grid;
   std::vector<ToFrame> to_frame;
-  std::vector<const ObjectData*> objects;  // null: without a sidecar; frame is the grid itself, many the scene's kernel's
+  // Null: without a sidecar; frame is the grid itself, many the scene's kernel's.
+  std::vector<const ObjectData*> objects;
   std::vector<uint32_t> masks;
 };
 
@@ -98,7 +100,8 @@ struct SceneRay {
 };
 inline constexpr float kBoxSlack = 0x1p-20f;  // of t: covers the rounding of a box test several times
 
-// Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t · high].
+// Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t
+// · high].
 struct SceneBeam {
   float origin_low[3], origin_high[3];
   float inverse_low[3], inverse_high[3];  // of the directions' bounds
@@ -108,11 +111,13 @@ struct SceneBeam {
 // Where a pair's segment is, in the instance's grid.
 enum class PairPlace : uint32_t { unknown, outside, ends_inside, pierces };
 
-inline Visibility pair_answer(const ObjectData* object, PairPlace place, const LineCell& line, float t_min, float t_max) {
+inline Visibility pair_answer(const ObjectData* object, PairPlace place, const LineCell& line, float t_min,
+                              float t_max) {
   if (place == PairPlace::outside) return Visibility::clear;
   if (place == PairPlace::unknown || !object) return Visibility::unclassified;
   const TreeView& tree = object->tree;
-  if (place == PairPlace::ends_inside && tree.margins && covers(tree.margins, line, t_min, t_max)) place = PairPlace::pierces;
+  if (place == PairPlace::ends_inside && tree.margins && covers(tree.margins, line, t_min, t_max))
+    place = PairPlace::pierces;
   const uint32_t bits = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line);
   const uint32_t answers = 0b10'10'10'00u ^ (place == PairPlace::pierces ? tree.blocked_answers : 0u);
   return static_cast<Visibility>(answers >> (2 * bits) & 3u);
@@ -121,8 +126,8 @@ inline Visibility pair_answer(const ObjectData* object, PairPlace place, const L
 // Leads every segment through the hierarchy. boxes_met(node, ray) gives a bit for each of a node's boxes; ask(pair) may
 // answer at once or later.
 template <class BoxesMet, class Ask>
-void walk_scene(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query, SceneAnswers answers,
-                const BoxesMet& boxes_met, const Ask& ask) {
+void walk_scene(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
+                SceneAnswers answers, const BoxesMet& boxes_met, const Ask& ask) {
   for (uint32_t s = 0; s < segments.size() && !scene.nodes.empty(); ++s) {
     const Segment& segment = segments[s];
     SceneRay ray{{}, {}, segment.t_min, segment.t_max};

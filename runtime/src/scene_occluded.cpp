@@ -1,5 +1,5 @@
-// Many segments through a scene: whole beams through the hierarchy, runs of sixteen through the trees, and what is left open by
-// instance to the caller. See spec/design.md, "Scenes".
+// Many segments through a scene: whole beams through the hierarchy, runs of sixteen through the trees, and what is left
+// open by instance to the caller. See spec/design.md, "Scenes".
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -20,10 +20,13 @@ using Bits = std::array<uint64_t, kChunkWords>;
 // The first `count` of them.
 Bits first_bits(size_t count) {
   Bits bits{};
-  for (size_t w = 0; w < kChunkWords && 64 * w < count; ++w) bits[w] = bits_from(0, std::min<size_t>(64, count - 64 * w));
+  for (size_t w = 0; w < kChunkWords && 64 * w < count; ++w)
+    bits[w] = bits_from(0, std::min<size_t>(64, count - 64 * w));
   return bits;
 }
-bool any_of(const Bits& bits) { return std::any_of(bits.begin(), bits.end(), [](uint64_t w) { return w != 0; }); }
+bool any_of(const Bits& bits) {
+  return std::any_of(bits.begin(), bits.end(), [](uint64_t w) { return w != 0; });
+}
 int count_of(const Bits& bits) {
   int sum = 0;
   for (uint64_t w : bits) sum += std::popcount(w);
@@ -53,8 +56,11 @@ struct Columns {
   alignas(64) float origin[3][kBundleChunk], direction[3][kBundleChunk], t_min[kBundleChunk], t_max[kBundleChunk];
 
   SegmentArrays view(size_t first, size_t count) const {
-    return {{origin[0] + first, origin[1] + first, origin[2] + first}, t_min + first,
-            {direction[0] + first, direction[1] + first, direction[2] + first}, t_max + first, count};
+    return {{origin[0] + first, origin[1] + first, origin[2] + first},
+            t_min + first,
+            {direction[0] + first, direction[1] + first, direction[2] + first},
+            t_max + first,
+            count};
   }
   void set(size_t i, const Segment& s) {
     for (int a = 0; a < 3; ++a) origin[a][i] = s.origin[a], direction[a][i] = s.direction[a];
@@ -64,7 +70,8 @@ struct Columns {
     const size_t count = chunk.runs() * kRun;
     for (int a = 0; a < 3; ++a) {
       const float corner = b.corner[a] - b.origin[a];
-      for (size_t i = 0; i < count; ++i) direction[a][i] = (corner + chunk.u[i] * b.edge_u[a]) + chunk.v[i] * b.edge_v[a];
+      for (size_t i = 0; i < count; ++i)
+        direction[a][i] = (corner + chunk.u[i] * b.edge_u[a]) + chunk.v[i] * b.edge_v[a];
     }
     set_origin(b.origin, count);
   }
@@ -120,14 +127,20 @@ class BitsByInstance {
   }
 
  private:
-  size_t find(uint32_t instance) const { return static_cast<size_t>(std::find(instances_.begin(), instances_.begin() + static_cast<std::ptrdiff_t>(count_), instance) - instances_.begin()); }
+  size_t find(uint32_t instance) const {
+    return static_cast<size_t>(
+        std::find(instances_.begin(), instances_.begin() + static_cast<std::ptrdiff_t>(count_), instance) -
+        instances_.begin());
+  }
 
   std::array<uint32_t, kMost> instances_;
   std::array<Bits, kMost> bits_;
   size_t count_ = 0;
 };
 
-void set_bound(float direction, float& inverse) { inverse = 1 / std::copysign(std::max(std::abs(direction), 1e-37f), direction); }
+void set_bound(float direction, float& inverse) {
+  inverse = 1 / std::copysign(std::max(std::abs(direction), 1e-37f), direction);
+}
 
 // A chunk of segments on its way.
 class Chunk {
@@ -238,14 +251,16 @@ class Chunk {
     uint32_t indices[kBundleChunk];
     size_t count = 0;
     for_each_bit(bits, [&](size_t i) {
-      for (int a = 0; a < 3; ++a) world.origin[a][count] = columns_.origin[a][i], world.direction[a][count] = columns_.direction[a][i];
+      for (int a = 0; a < 3; ++a)
+        world.origin[a][count] = columns_.origin[a][i], world.direction[a][count] = columns_.direction[a][i];
       world.t_min[count] = columns_.t_min[i], world.t_max[count] = columns_.t_max[i];
       indices[count++] = static_cast<uint32_t>(first_ + i);
     });
     world.pad(count);
     const size_t whole = (count + kRun - 1) / kRun * kRun;
     scene_.kernels.to_object(scene_.data.to_grid[instance], scene_.data.to_frame[instance], world.view(0, whole),
-                             {world.origin[0], world.origin[1], world.origin[2]}, {world.direction[0], world.direction[1], world.direction[2]});
+                             {world.origin[0], world.origin[1], world.origin[2]},
+                             {world.direction[0], world.direction[1], world.direction[2]});
     uint8_t blocked[kBundleChunk] = {};
     (*trace_)({instance, world.view(0, count), indices, blocked});
     for (size_t k = 0; k < count; ++k) {
@@ -274,12 +289,15 @@ class Chunk {
   SceneBeam beam_of(const BeamFrame& frame, Extent u, Extent v) const {
     SceneBeam beam;
     for (int a = 0; a < 3; ++a) {
-      const float ends[4] = {u.low * frame.edge_u[a], u.high * frame.edge_u[a], v.low * frame.edge_v[a], v.high * frame.edge_v[a]};
+      const float ends[4] = {u.low * frame.edge_u[a], u.high * frame.edge_u[a], v.low * frame.edge_v[a],
+                             v.high * frame.edge_v[a]};
       // Rounding of the directions, and of u and v where they were computed.
-      const float slack = kBoxSlack * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
+      const float slack = kBoxSlack * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) +
+                                       v.most() * std::abs(frame.edge_v[a]));
       beam.origin_low[a] = beam.origin_high[a] = frame.origin[a];
       set_bound(frame.corner[a] + std::min(ends[0], ends[1]) + std::min(ends[2], ends[3]) - slack, beam.inverse_low[a]);
-      set_bound(frame.corner[a] + std::max(ends[0], ends[1]) + std::max(ends[2], ends[3]) + slack, beam.inverse_high[a]);
+      set_bound(frame.corner[a] + std::max(ends[0], ends[1]) + std::max(ends[2], ends[3]) + slack,
+                beam.inverse_high[a]);
     }
     beam.t_max = static_cast<float>(frame.reach) * (1 + kBoxSlack);
     return beam;
@@ -289,7 +307,8 @@ class Chunk {
   static bool near_enough(const ToGrid& grid, const BeamFrame& frame, Extent u, Extent v) {
     float sum = 0;
     for (int a = 0; a < 3; ++a)
-      sum += grid.column[a][3] * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
+      sum += grid.column[a][3] *
+             (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
     return sum * static_cast<float>(frame.reach) <= kFarthestReach;
   }
 
@@ -318,7 +337,9 @@ class Chunk {
       spread += d_high - d_low, length += std::max(std::abs(d_low), std::abs(d_high)), origin_spread += o_high - o_low;
     }
     constexpr float kCoherent = 0.25f;
-    if (!(numbers && sum == 0 && t_min >= 0 && spread <= kCoherent * length && origin_spread <= kCoherent * length * beam.t_max)) return false;
+    if (!(numbers && sum == 0 && t_min >= 0 && spread <= kCoherent * length &&
+          origin_spread <= kCoherent * length * beam.t_max))
+      return false;
     walk(beam, [&](uint32_t instance) { look_up_runs(instance, first_run, runs); });
     return true;
   }
@@ -339,7 +360,8 @@ class Chunk {
         object->many.placed(*object, scene_.data.to_grid[instance], columns_.view(r * kRun, (end - r) * kRun), answers);
         for (size_t i = r * kRun; i < end * kRun; ++i) set_bits(answers[i - r * kRun], i, blocked.data(), open.data());
       } else {
-        for (size_t i = r * kRun; i < end * kRun; ++i) set_bits(Visibility::unclassified, i, blocked.data(), open.data());
+        for (size_t i = r * kRun; i < end * kRun; ++i)
+          set_bits(Visibility::unclassified, i, blocked.data(), open.data());
       }
       r = end;
     }
@@ -369,7 +391,8 @@ class Chunk {
       return;
     }
     for (size_t k = 0; k < sink.count; ++k)
-      if (const OpenPair& p = pairs[k]; p.instance != origin_of(first + p.segment)) leave_open(p.instance, one(first + p.segment));
+      if (const OpenPair& p = pairs[k]; p.instance != origin_of(first + p.segment))
+        leave_open(p.instance, one(first + p.segment));
   }
 
   const Scene::State& scene_;
@@ -384,8 +407,8 @@ class Chunk {
 };
 
 template <class Bundle>
-void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuery& query, const TraceOpen* trace, std::span<uint64_t> blocked,
-                std::span<uint64_t> open) {
+void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuery& query, const TraceOpen* trace,
+                std::span<uint64_t> blocked, std::span<uint64_t> open) {
   const BeamFrame frame = beam_frame(bundle);
   Chunk chunk(state, query, true, trace);
   BundleChunk samples;
@@ -405,7 +428,8 @@ void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuer
 
 }  // namespace
 
-void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query) const {
+void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace,
+                     const SceneQuery& query) const {
   Chunk chunk(*state_, query, false, &trace);
   for (size_t first = 0; first < segments.size(); first += kBundleChunk) {
     chunk.run(segments.subspan(first, std::min(kBundleChunk, segments.size() - first)), first);
@@ -413,16 +437,20 @@ void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> bloc
   }
 }
 
-void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query) const {
+void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+                     const SceneQuery& query) const {
   run_bundle(*state_, bundle, query, &trace, blocked, {});
 }
-void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query) const {
+void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+                     const SceneQuery& query) const {
   run_bundle(*state_, bundle, query, &trace, blocked, {});
 }
-void Scene::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query) const noexcept {
+void Scene::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+                     const SceneQuery& query) const noexcept {
   run_bundle(*state_, bundle, query, nullptr, blocked, open);
 }
-void Scene::classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query) const noexcept {
+void Scene::classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+                     const SceneQuery& query) const noexcept {
   run_bundle(*state_, bundle, query, nullptr, blocked, open);
 }
 

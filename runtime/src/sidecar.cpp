@@ -33,7 +33,8 @@ Visibility classify_at(const ObjectData& data, const Segment& segment) noexcept 
 }
 constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint32_t, kDepths...>) {
   return std::array{&classify_at<kDepths + 1>...};
-}(std::make_integer_sequence<uint32_t, kMaxDepth>());
+}
+(std::make_integer_sequence<uint32_t, kMaxDepth>());
 
 // For objects that answer nothing.
 Visibility unclassified_one(const ObjectData&, const Segment&) noexcept { return Visibility::unclassified; }
@@ -48,8 +49,8 @@ void unclassified_bundle(const ObjectData&, const Bundle& bundle, uint64_t* bloc
   clear_bits(bundle.size(), blocked, open);
   for (size_t i = 0; i < bundle.size(); ++i) set_bits(Visibility::unclassified, i, blocked, open);
 }
-constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, nullptr, unclassified_bundle<QuadBundle>,
-                                       unclassified_bundle<SphereBundle>};
+constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, nullptr,
+                                       unclassified_bundle<QuadBundle>, unclassified_bundle<SphereBundle>};
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
   for (const Finding& finding : findings) {
@@ -75,7 +76,8 @@ void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std
   data_->many.quad(*data_, bundle, blocked.data(), open.data());
 }
 
-void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept {
+void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
+                      std::span<uint64_t> open) const noexcept {
   data_->many.sphere(*data_, bundle, blocked.data(), open.data());
 }
 
@@ -88,7 +90,8 @@ Sidecar::Sidecar(Sidecar&&) noexcept = default;
 Sidecar& Sidecar::operator=(Sidecar&&) noexcept = default;
 Sidecar::~Sidecar() = default;
 
-Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options, const std::string& name) {
+Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options,
+                              const std::string& name) {
   std::vector<Finding> findings;
   auto contents = read_sidecar(bytes, options.check, findings);
   if (!contents) return first_error(name, findings);
@@ -96,11 +99,16 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   const std::vector<Kernels> usable = usable_kernels();
   const auto named = [&](const Kernels& k) { return options.kernel.empty() || options.kernel == k.name; };
   const auto chosen = std::find_if(usable.begin(), usable.end(), named);
-  if (chosen == usable.end()) return Error{ErrorCode::usage, "kernel \"" + options.kernel + "\": this processor has none of that name"};
+  if (chosen == usable.end())
+    return Error{ErrorCode::usage, "kernel \"" + options.kernel + "\": this processor has none of that name"};
   state->kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
-    ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max), object.tree, object.record,
-                    object.name, unclassified_one, kUnclassified};
+    ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max),
+                    object.tree,
+                    object.record,
+                    object.name,
+                    unclassified_one,
+                    kUnclassified};
     const auto method = static_cast<Method>(object.record->method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
       const Kernels& kernels = fits_gathers(data.tree) ? *chosen : usable.back();

@@ -37,7 +37,8 @@ TEST(SampledClassifier, SamplesEveryStratumOnce) {
       for (float x : {s, t, u, v}) {
         ASSERT_GE(x, -1e-5f);
         ASSERT_LT(x, 1 + 1e-5f);
-        stratum = stratum * strata + std::min(static_cast<uint32_t>(std::max(x, 0.0f) * static_cast<float>(strata)), strata - 1);
+        stratum = stratum * strata +
+                  std::min(static_cast<uint32_t>(std::max(x, 0.0f) * static_cast<float>(strata)), strata - 1);
       }
       ++hit[stratum];
     }
@@ -50,7 +51,8 @@ uint32_t class_of(const CellSource& source, const Cell& deepest) {
   Workspace workspace;
   for (uint32_t level = 0; level <= source.depth; ++level) {
     const uint32_t up = deepest.level - level;
-    const uint32_t value = source.classify({deepest.pair, level, deepest.s >> up, deepest.t >> up, deepest.u >> up, deepest.v >> up}, workspace);
+    const uint32_t value = source.classify(
+        {deepest.pair, level, deepest.s >> up, deepest.t >> up, deepest.u >> up, deepest.v >> up}, workspace);
     if (value != kDeeper) return value;
   }
   return 2;
@@ -68,8 +70,9 @@ TEST(Octree, HoldsWhatTheRecursionSaysAtEveryDepth) {
     std::mt19937 random(depth);
     const uint32_t levels = depth, side = 1u << levels;
     for (int i = 0; i < 20000; ++i) {
-      const Cell cell = {static_cast<uint32_t>(random() % kFacePairs), levels, static_cast<uint32_t>(random() % side),
-                         static_cast<uint32_t>(random() % side), static_cast<uint32_t>(random() % side), static_cast<uint32_t>(random() % side)};
+      const Cell cell = {static_cast<uint32_t>(random() % kFacePairs), levels,
+                         static_cast<uint32_t>(random() % side),       static_cast<uint32_t>(random() % side),
+                         static_cast<uint32_t>(random() % side),       static_cast<uint32_t>(random() % side)};
       LineCell line{};
       const uint32_t up = 8 - levels;
       line.pair = cell.pair, line.s = cell.s << up, line.t = cell.t << up, line.u = cell.u << up, line.v = cell.v << up;
@@ -92,7 +95,8 @@ TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
     const uint32_t slot = top.pair << 12 | row_major(top.s, top.t, top.u, top.v, 0, 3);
     Subtree clear;
     clear.bricks.assign(size_t{1} << (4 * (depth - 5)), 0);
-    for (uint32_t i = 0; i < shape.top_words(); ++i) builder.append(i == slot ? classify_subtree(source, top, kDeeper, workspace) : clear);
+    for (uint32_t i = 0; i < shape.top_words(); ++i)
+      builder.append(i == slot ? classify_subtree(source, top, kDeeper, workspace) : clear);
     const TreeArrays arrays = builder.take();
     const TreeView tree = arrays.view();
     std::mt19937 random(depth);
@@ -103,7 +107,8 @@ TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
       uint32_t expected = kDeeper;
       for (uint32_t level = 4; level <= depth && expected == kDeeper; ++level) {
         const uint32_t up = depth - level;
-        expected = source.classify({cell.pair, level, cell.s >> up, cell.t >> up, cell.u >> up, cell.v >> up}, workspace);
+        expected =
+            source.classify({cell.pair, level, cell.s >> up, cell.t >> up, cell.u >> up, cell.v >> up}, workspace);
       }
       const uint32_t up = 8 - depth;
       LineCell line{};
@@ -188,7 +193,8 @@ TEST(Audit, FindsAWrongCell) {
   EXPECT_GT(after.counts[0].wrong[1], 1000u);
   ASSERT_FALSE(after.contradictions.empty());
   const Referee referee(mesh);
-  for (const Contradiction& c : after.contradictions) EXPECT_NE(referee.occluded(c.segment), c.promised == Visibility::blocked);
+  for (const Contradiction& c : after.contradictions)
+    EXPECT_NE(referee.occluded(c.segment), c.promised == Visibility::blocked);
   // What the good tree says is called proven here: wrong answers of the bad one alone are not.
   EXPECT_LT(after.counts[0].wrong_proven, 50u);
 }
@@ -217,8 +223,8 @@ TEST(Tracer, TakesNegativeAndEmptyIntervals) {
 }
 
 TEST(Audit, BoundsARate) {
-  EXPECT_NEAR(upper_bound_95(0, 1000000), 2.9957e-6, 1e-9);   // ln 20
-  EXPECT_NEAR(upper_bound_95(10, 1000), 16.962e-3, 1e-5);     // half the chi-square quantile of 22 degrees
+  EXPECT_NEAR(upper_bound_95(0, 1000000), 2.9957e-6, 1e-9);  // ln 20
+  EXPECT_NEAR(upper_bound_95(10, 1000), 16.962e-3, 1e-5);    // half the chi-square quantile of 22 degrees
   EXPECT_EQ(upper_bound_95(0, 0), 1);
 }
 

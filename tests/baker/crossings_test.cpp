@@ -97,9 +97,13 @@ TEST(Crossings, AreUnsureOnlyCloseToAnEdge) {
     double near = std::min(std::abs(y - z), std::abs(y + z - 256));
     for (double c : {y, z}) near = std::min({near, std::abs(c - 16), std::abs(c - 240)});
     const bool sure = across(y, z);
-    if (near > 1e-9) { EXPECT_TRUE(sure) << y << " " << z; }
+    if (near > 1e-9) {
+      EXPECT_TRUE(sure) << y << " " << z;
+    }
     const bool through = std::min(y, z) > 16 && std::max(y, z) < 240;
-    if (sure) { EXPECT_EQ(found.size(), through ? 2u : 0u); }
+    if (sure) {
+      EXPECT_EQ(found.size(), through ? 2u : 0u);
+    }
   }
   EXPECT_FALSE(across(16, 100));
   EXPECT_FALSE(across(240, 240));

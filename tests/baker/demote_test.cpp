@@ -20,11 +20,17 @@ TreeArrays arrays_of(const TreeView& tree, uint32_t depth) {
     if (bytes) std::memcpy(copy.data(), from, bytes);
     return copy;
   };
-  return {depth, tree.shape, words(tree.top, tree.shape.top_bytes()), words(tree.blocks256, tree.block256_count * kBlock256Words * 4),
-          words(tree.blocks16, tree.block16_count * kBlock16Words * 4), words(tree.bricks, tree.brick_count * kBrickBytes)};
+  return {depth,
+          tree.shape,
+          words(tree.top, tree.shape.top_bytes()),
+          words(tree.blocks256, tree.block256_count * kBlock256Words * 4),
+          words(tree.blocks16, tree.block16_count * kBlock16Words * 4),
+          words(tree.bricks, tree.brick_count * kBrickBytes)};
 }
 
-uint64_t bytes_of(const TreeView& tree) { return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count); }
+uint64_t bytes_of(const TreeView& tree) {
+  return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
+}
 
 double classified(const TreeView& tree) {
   const TreeStatistics s = measure_tree(tree);
@@ -37,20 +43,23 @@ void expect_weaker_everywhere(const TreeView& before, const TreeView& after) {
   const auto compare = [&](uint32_t a, uint32_t b) {
     if (!seen.insert({0, a, b}).second) return;
     for (uint32_t c = 0; c < 256; ++c) {
-      const uint32_t was = brick_cell(before.bricks + size_t{a} * kBrickBytes, c), is = brick_cell(after.bricks + size_t{b} * kBrickBytes, c);
+      const uint32_t was = brick_cell(before.bricks + size_t{a} * kBrickBytes, c),
+                     is = brick_cell(after.bricks + size_t{b} * kBrickBytes, c);
       ASSERT_TRUE(is == was || is == 2 || (was == 1 && is == 3)) << was << " became " << is;
     }
   };
   const auto compare16 = [&](uint32_t a, uint32_t b) {
     if (!before.shape.has_blocks16) return compare(a, b);
     if (!seen.insert({1, a, b}).second) return;
-    for (size_t i = 0; i < kBlock16Words; ++i) compare(before.blocks16[a * kBlock16Words + i], after.blocks16[b * kBlock16Words + i]);
+    for (size_t i = 0; i < kBlock16Words; ++i)
+      compare(before.blocks16[a * kBlock16Words + i], after.blocks16[b * kBlock16Words + i]);
   };
   for (uint32_t slot = 0; slot < before.shape.top_words(); ++slot) {
     const uint32_t a = before.top[slot], b = after.top[slot];
     if (!before.shape.has_blocks256) compare16(a, b);
     else if (seen.insert({2, a, b}).second)
-      for (size_t i = 0; i < kBlock256Words; ++i) compare16(before.blocks256[a * kBlock256Words + i], after.blocks256[b * kBlock256Words + i]);
+      for (size_t i = 0; i < kBlock256Words; ++i)
+        compare16(before.blocks256[a * kBlock256Words + i], after.blocks256[b * kBlock256Words + i]);
   }
 }
 
@@ -66,9 +75,11 @@ TreeArrays rebuilt(const TreeArrays& tree) {
       std::copy_n(&tree.bricks[size_t{index} * 16], 16, subtree.words.emplace_back().begin());
     };
     const auto add16 = [&](uint32_t index) {
-      for (size_t i = 0; i < (shape.has_blocks16 ? 16 : 1); ++i) add(shape.has_blocks16 ? tree.blocks16[index * 16 + i] : index);
+      for (size_t i = 0; i < (shape.has_blocks16 ? 16 : 1); ++i)
+        add(shape.has_blocks16 ? tree.blocks16[index * 16 + i] : index);
     };
-    for (size_t i = 0; i < (shape.has_blocks256 ? 256 : 1); ++i) add16(shape.has_blocks256 ? tree.blocks256[tree.top[slot] * 256 + i] : tree.top[slot]);
+    for (size_t i = 0; i < (shape.has_blocks256 ? 256 : 1); ++i)
+      add16(shape.has_blocks256 ? tree.blocks256[tree.top[slot] * 256 + i] : tree.top[slot]);
     builder.append(subtree);
   }
   return builder.take();
@@ -127,15 +138,18 @@ void expect_better_than_pruning(const BakedObject& baked, uint32_t depth, uint64
 // Bricks only; 16-way blocks; 256-way blocks. Of deep trees some top cells, so that they are soon baked.
 TEST(DemoteMerge, KeepsTheBudgetAndIsSafeAndBetterThanPruning) {
   const BakedObject shallow = must_bake(sphere(), proven(5));
-  for (const auto& [divisor, lost] : {std::pair{2, 0.025}, {4, 0.065}, {8, 0.12}}) expect_better_than_pruning(shallow, 5, divisor, lost);
+  for (const auto& [divisor, lost] : {std::pair{2, 0.025}, {4, 0.065}, {8, 0.12}})
+    expect_better_than_pruning(shallow, 5, divisor, lost);
   BakeOptions some = quick(6);
   some.one_in = 8;
   const BakedObject deep = must_bake(sphere(), some);
-  for (const auto& [divisor, lost] : {std::pair{2, 0.03}, {4, 0.08}, {8, 0.18}}) expect_better_than_pruning(deep, 6, divisor, lost);
+  for (const auto& [divisor, lost] : {std::pair{2, 0.03}, {4, 0.08}, {8, 0.18}})
+    expect_better_than_pruning(deep, 6, divisor, lost);
   some = quick(7);
   some.one_in = 64;
   const BakedObject deeper = must_bake(sphere(), some);
-  for (const auto& [divisor, lost] : {std::pair{2, 0.015}, {4, 0.065}}) expect_better_than_pruning(deeper, 7, divisor, lost);
+  for (const auto& [divisor, lost] : {std::pair{2, 0.015}, {4, 0.065}})
+    expect_better_than_pruning(deeper, 7, divisor, lost);
 }
 
 TEST(DemoteMerge, LeavesWhatFitsAlone) {
@@ -166,7 +180,8 @@ TEST(DemoteMerge, KnowsEveryLayoutAndClass) {
     const auto contents = read_sidecar(file, CheckLevel::full, findings);
     ASSERT_TRUE(contents.has_value());
     const TreeView before = contents->objects[0].tree;
-    const uint64_t smallest = before.shape.bytes(before.shape.has_blocks256 ? 3 : 0, before.shape.has_blocks16 ? 3 : 0, 3);
+    const uint64_t smallest =
+        before.shape.bytes(before.shape.has_blocks256 ? 3 : 0, before.shape.has_blocks16 ? 3 : 0, 3);
     for (uint64_t spare : {0, 64, 1000, 3000, 20000}) {
       const TreeArrays after = demote_merge(arrays_of(before, depth), smallest + spare);
       EXPECT_LE(bytes_of(after.view()), smallest + spare) << depth;

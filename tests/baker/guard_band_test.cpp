@@ -27,8 +27,9 @@ std::optional<double> stray(const Asked& asked) {
   for (int end = 0; end < 2; ++end) {
     double at[3];
     for (int a = 0; a < 3; ++a)
-      at[a] = (static_cast<double>(asked.segment.origin[a]) - frame.min[a]) * frame.scale[a] +
-              static_cast<double>(asked.segment.direction[a]) * frame.scale[a] * (end == 0 ? cell.t_entry : cell.t_exit);
+      at[a] =
+          (static_cast<double>(asked.segment.origin[a]) - frame.min[a]) * frame.scale[a] +
+          static_cast<double>(asked.segment.direction[a]) * frame.scale[a] * (end == 0 ? cell.t_entry : cell.t_exit);
     const auto from_square = [&](uint32_t face, uint32_t first, uint32_t second) {
       const FaceAxes axes = face_axes(face);
       const auto beyond = [](double x, double low) { return std::max({low - x, x - (low + 1), 0.0}); };

@@ -120,7 +120,9 @@ TEST(Kernels, GiveTheSameBitsAsTheirPlainTwinsOnEveryProcessor) {
         const size_t count = select_clusters(&group, shaft, &mask, 1, &selected);
         const uint32_t expected = plain_select(group, shaft, mask);
         ASSERT_EQ(count, expected ? 1u : 0u) << name;
-        if (count) { ASSERT_EQ(selected.lanes, expected) << name; }
+        if (count) {
+          ASSERT_EQ(selected.lanes, expected) << name;
+        }
         h = hash(h, count ? selected.lanes : 0);
 
         // Triangles on the shaft's planes, where a last bit decides.
@@ -192,11 +194,19 @@ TEST(Flood, ReachesWhatAPlainOneReachesOnEveryMeshAndProcessor) {
         (closed ? whole : failed) += 1;
         // A plain flood of a shaft slightly smaller, or larger, brackets this one.
         const auto less = plain.spread(shaft, seed, -0x1p-12L), more = plain.spread(shaft, seed, 0x1p-12L);
-        if (more) { EXPECT_TRUE(closed) << name; }
-        if (closed) { EXPECT_TRUE(less) << name; }
+        if (more) {
+          EXPECT_TRUE(closed) << name;
+        }
+        if (closed) {
+          EXPECT_TRUE(less) << name;
+        }
         for (uint32_t t = 0; t < f.triangles.size(); ++t) {
-          if (closed && less && (*less)[t]) { EXPECT_TRUE(flood.reached(t)); }
-          if (closed && more && flood.reached(t)) { EXPECT_TRUE((*more)[t]); }
+          if (closed && less && (*less)[t]) {
+            EXPECT_TRUE(flood.reached(t));
+          }
+          if (closed && more && flood.reached(t)) {
+            EXPECT_TRUE((*more)[t]);
+          }
           h = hash(h, flood.reached(t));
         }
       }

@@ -88,7 +88,8 @@ TEST(Margins, LetSegmentsBeginAndEndInThem) {
     if (!line.hits) continue;
     const float way = line.t_exit - line.t_entry;
     // Parts of the way in the box that are left out: none, a hair, a lot.
-    s.t_min = line.t_entry + way * std::exp2(random.between(-12, 0)), s.t_max = line.t_exit - way * std::exp2(random.between(-12, 0));
+    s.t_min = line.t_entry + way * std::exp2(random.between(-12, 0)),
+    s.t_max = line.t_exit - way * std::exp2(random.between(-12, 0));
     if (random.below(3) == 0) s.t_min = -10;
     if (random.below(3) == 0) s.t_max = 10;
     segments.push_back(s);

@@ -33,9 +33,12 @@ TEST(Plan, ForecastsBytesWithinAFactorOfTwoAndWhatIsResolved) {
       const auto baked = bake(mesh, proven(depth));
       ASSERT_TRUE(baked.ok());
       const DepthForecast& f = forecast.forecasts[depth - 1];
-      EXPECT_LT(static_cast<double>(f.bytes), 2.0 * static_cast<double>(baked->bytes_before_demotion)) << source.name << depth;
-      EXPECT_GT(2.0 * static_cast<double>(f.bytes), static_cast<double>(baked->bytes_before_demotion)) << source.name << depth;
-      const double resolved = 1 - static_cast<double>(baked->record.cells[2]) / static_cast<double>(tree_shape(depth).cells());
+      EXPECT_LT(static_cast<double>(f.bytes), 2.0 * static_cast<double>(baked->bytes_before_demotion))
+          << source.name << depth;
+      EXPECT_GT(2.0 * static_cast<double>(f.bytes), static_cast<double>(baked->bytes_before_demotion))
+          << source.name << depth;
+      const double resolved =
+          1 - static_cast<double>(baked->record.cells[2]) / static_cast<double>(tree_shape(depth).cells());
       EXPECT_NEAR(f.resolved, resolved, 0.05) << source.name << depth;
     }
   }

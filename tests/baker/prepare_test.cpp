@@ -56,9 +56,9 @@ TEST(Prepare, TakesMinusZeroForZero) {
 
 TEST(Prepare, DropsAndCountsDuplicatesAndZeroAreas) {
   SourceMesh mesh = cube();
-  mesh.triangles.push_back({1, 0, 2});                 // the first again, wound the other way
-  mesh.triangles.push_back({3, 3, 4});                 // two equal corners
-  mesh.positions.push_back({2, 2, 2});                 // on the line through corners 0 and 7
+  mesh.triangles.push_back({1, 0, 2});  // the first again, wound the other way
+  mesh.triangles.push_back({3, 3, 4});  // two equal corners
+  mesh.positions.push_back({2, 2, 2});  // on the line through corners 0 and 7
   mesh.triangles.push_back({0, 7, 8});
   const PreparedMesh prepared = must_prepare(mesh);
   EXPECT_EQ(prepared.duplicate_triangles, 1u);
@@ -96,7 +96,8 @@ TEST(Prepare, KeepsTheWinding) {
   double volume = 0;  // six times the signed volume: outward faces of a unit cube
   for (const TriangleIndices& t : prepared.triangles) {
     const Position &a = prepared.positions[t[0]], &b = prepared.positions[t[1]], &c = prepared.positions[t[2]];
-    volume += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    volume +=
+        a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
   }
   EXPECT_EQ(std::abs(volume), 6);
 }

@@ -58,8 +58,9 @@ SourceMesh moved(SourceMesh mesh, float size, float shift) {
 TEST(ProvenBake, NeverAnswersALineWrongly) {
   Random random(1);
   uint64_t answers[4] = {};
-  for (const SourceMesh& source : {sphere(12, 20), fins(), moebius(), leaves(60), pierced(sphere(12, 20), 200), folded(),
-                                   moved(intersecting(), 0.01f, 100), moved(cube(), 1e-3f, 1000), slivers()}) {
+  for (const SourceMesh& source :
+       {sphere(12, 20), fins(), moebius(), leaves(60), pierced(sphere(12, 20), 200), folded(),
+        moved(intersecting(), 0.01f, 100), moved(cube(), 1e-3f, 1000), slivers()}) {
     const PreparedMesh mesh = *prepare(SourceMesh(source));
     BakeOptions options;
     options.method = Method::proven;

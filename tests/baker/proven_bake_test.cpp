@@ -100,9 +100,12 @@ std::vector<SourceMesh> subjects() {
 }
 
 TEST(ProvenBake, IsTheSameForMirroredAndPermutedMeshes) {
-  const Symmetry symmetries[] = {{{0, 1, 2}, {true, false, false}}, {{0, 1, 2}, {false, true, false}},
-                                 {{0, 1, 2}, {false, false, true}}, {{1, 2, 0}, {}},
-                                 {{1, 0, 2}, {}},                   {{2, 1, 0}, {true, false, true}}};
+  const Symmetry symmetries[] = {{{0, 1, 2}, {true, false, false}},
+                                 {{0, 1, 2}, {false, true, false}},
+                                 {{0, 1, 2}, {false, false, true}},
+                                 {{1, 2, 0}, {}},
+                                 {{1, 0, 2}, {}},
+                                 {{2, 1, 0}, {true, false, true}}};
   for (const SourceMesh& mesh : subjects())
     for (const Symmetry& symmetry : symmetries) {
       const Difference d = compare(mesh, symmetry, kNoChange, kDepth);
@@ -116,11 +119,14 @@ TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
   const std::function<void(SourceMesh&)> changes[] = {
       [](SourceMesh& m) { std::reverse(m.triangles.begin(), m.triangles.end()); },
       [](SourceMesh& m) { m = inverted(m); },
-      [](SourceMesh& m) { for (auto& t : m.triangles) std::rotate(t.begin(), t.begin() + 1, t.end()); },
+      [](SourceMesh& m) {
+        for (auto& t : m.triangles) std::rotate(t.begin(), t.begin() + 1, t.end());
+      },
       [](SourceMesh& m) {
         const auto n = static_cast<uint32_t>(m.positions.size());
         std::reverse(m.positions.begin(), m.positions.end());
-        for (auto& t : m.triangles) for (auto& v : t) v = n - 1 - v;
+        for (auto& t : m.triangles)
+          for (auto& v : t) v = n - 1 - v;
       },
       [](SourceMesh& m) {
         for (size_t t = 0; t < m.triangles.size(); t += 2) std::swap(m.triangles[t][0], m.triangles[t][1]);
@@ -135,7 +141,8 @@ TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
 TEST(ProvenBake, GivesTheSameBytesForAnyNumberOfThreads) {
   for (Method method : {Method::proven, Method::hybrid})
     for (const SourceMesh& mesh : {sphere(12, 20), leaves(60), moebius()}) {
-      const BakedObject one = must_bake(mesh, options(method, kDepth, 1)), two = must_bake(mesh, options(method, kDepth, 2)),
+      const BakedObject one = must_bake(mesh, options(method, kDepth, 1)),
+                        two = must_bake(mesh, options(method, kDepth, 2)),
                         many = must_bake(mesh, options(method, kDepth, 7));
       const auto bytes = sidecar_bytes({&one});
       EXPECT_EQ(bytes, sidecar_bytes({&two})) << mesh.name;
@@ -193,7 +200,8 @@ TEST(ProvenBake, KeepsThePromisesOfAShallowerBake) {
     const auto coarse = classes(a.tree(), 3), fine = classes(b.tree(), 4);
     uint64_t lost = 0;
     for (uint32_t i = 0; i < fine.size(); ++i) {
-      const uint32_t above = (i >> 16) << 12 | (i >> 13 & 7) << 9 | (i >> 9 & 7) << 6 | (i >> 5 & 7) << 3 | (i >> 1 & 7);
+      const uint32_t above =
+          (i >> 16) << 12 | (i >> 13 & 7) << 9 | (i >> 9 & 7) << 6 | (i >> 5 & 7) << 3 | (i >> 1 & 7);
       lost += coarse[above] != kUnclassified && fine[i] != coarse[above];
     }
     EXPECT_EQ(lost, 0u) << mesh.name;

@@ -35,8 +35,8 @@ class Judge {
       const Meets answer = meets_any(s, near);
       ++tally.lines[value];
       EXPECT_NE(answer, value == kClear ? Meets::yes : Meets::no)
-          << "pair " << cell.pair << " level " << cell.level << " at " << cell.s << " " << cell.t << " " << cell.u << " "
-          << cell.v << ": " << static_cast<double>(s.from[0]) << " " << static_cast<double>(s.from[1]) << " "
+          << "pair " << cell.pair << " level " << cell.level << " at " << cell.s << " " << cell.t << " " << cell.u
+          << " " << cell.v << ": " << static_cast<double>(s.from[0]) << " " << static_cast<double>(s.from[1]) << " "
           << static_cast<double>(s.from[2]) << " to " << static_cast<double>(s.to[0]) << " "
           << static_cast<double>(s.to[1]) << " " << static_cast<double>(s.to[2]);
     };

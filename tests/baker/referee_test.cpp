@@ -7,8 +7,8 @@
 #include <random>
 #include <vector>
 
-#include <boost/multiprecision/cpp_int.hpp>
 #include <gtest/gtest.h>
+#include <boost/multiprecision/cpp_int.hpp>
 
 #include <vcd/baker/audit.h>
 #include <vcd/baker/tracer.h>
@@ -37,7 +37,8 @@ bool in_interval(const Rational& t, const Segment& s) {
   return (std::isinf(s.t_min) || Rational(s.t_min) < t) && (std::isinf(s.t_max) || t < Rational(s.t_max));
 }
 
-bool crosses_in_plane(const RationalVec& o, const RationalVec& d, const std::array<RationalVec, 3>& corners, const Segment& s) {
+bool crosses_in_plane(const RationalVec& o, const RationalVec& d, const std::array<RationalVec, 3>& corners,
+                      const Segment& s) {
   int x = 0, y = 1;
   Rational best = 0;
   const auto twice_area = [](const RationalVec& a, const RationalVec& b, const RationalVec& c, int i, int j) {
@@ -73,13 +74,16 @@ bool crosses_in_plane(const RationalVec& o, const RationalVec& d, const std::arr
   std::sort(points.begin(), points.end());
   std::vector<Rational> candidates = cuts;
   for (size_t i = 0; i + 1 < points.size(); ++i) candidates.push_back((points[i] + points[i + 1]) / 2);
-  return std::any_of(candidates.begin(), candidates.end(), [&](const Rational& t) { return in_interval(t, s) && inside(t); });
+  return std::any_of(candidates.begin(), candidates.end(),
+                     [&](const Rational& t) { return in_interval(t, s) && inside(t); });
 }
 
 bool meets_by_rationals(const Segment& s, const Triangle& triangle) {
   const RationalVec o = exact(s.origin), d = exact(s.direction);
-  const std::array<RationalVec, 3> corners = {exact(triangle[0].data()), exact(triangle[1].data()), exact(triangle[2].data())};
-  const RationalVec u = difference(corners[1], corners[0]), v = difference(corners[2], corners[0]), w = difference(o, corners[0]);
+  const std::array<RationalVec, 3> corners = {exact(triangle[0].data()), exact(triangle[1].data()),
+                                              exact(triangle[2].data())};
+  const RationalVec u = difference(corners[1], corners[0]), v = difference(corners[2], corners[0]),
+                    w = difference(o, corners[0]);
   // w + t d = beta u + gamma v
   const Rational whole = determinant(d, u, v);
   if (whole == 0) return determinant(w, u, v) == 0 && crosses_in_plane(o, d, corners, s);
@@ -191,8 +195,10 @@ TEST(Referee, TakesNoNumbersForNo) {
 Segment on_a_lattice(std::mt19937& random) {
   const auto coordinate = [&] { return static_cast<float>(static_cast<int>(random() % 9) - 2); };
   constexpr float kBegins[] = {-kInfinity, -2, -1, -0.5f, 0, 0.25f}, kEnds[] = {0.25f, 0.5f, 1, 2, 4, kInfinity};
-  return {{coordinate(), coordinate(), coordinate()}, kBegins[random() % 6],
-          {coordinate() - 2, coordinate() - 2, coordinate() - 2}, kEnds[random() % 6]};
+  return {{coordinate(), coordinate(), coordinate()},
+          kBegins[random() % 6],
+          {coordinate() - 2, coordinate() - 2, coordinate() - 2},
+          kEnds[random() % 6]};
 }
 
 TEST(Referee, AgreesWithRationalsOnALattice) {
@@ -201,7 +207,8 @@ TEST(Referee, AgreesWithRationalsOnALattice) {
   while (all < 400) {
     SourceMesh source{"lattice", 0, {}, {}};
     for (uint32_t i = 0; i < 9; ++i)
-      source.positions.push_back({static_cast<float>(random() % 5), static_cast<float>(random() % 5), static_cast<float>(random() % 5)});
+      source.positions.push_back(
+          {static_cast<float>(random() % 5), static_cast<float>(random() % 5), static_cast<float>(random() % 5)});
     source.triangles = {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}};
     const auto mesh = prepare(std::move(source));
     if (!mesh) continue;
@@ -239,8 +246,8 @@ TEST(Referee, AgreesWithRationalsOnAimedLines) {
     }
 }
 
-// Through a vertex, an edge or the inside, to the last bit, from origins a few steps of a float away from where the line
-// meets it exactly, at ends a few steps from the surface: what the filter must not take for certain.
+// Through a vertex, an edge or the inside, to the last bit, from origins a few steps of a float away from where the
+// line meets it exactly, at ends a few steps from the surface: what the filter must not take for certain.
 TEST(Referee, AgreesWithRationalsWithinAFewStepsOfAFloat) {
   std::mt19937 random(3);
   int met = 0;
@@ -254,7 +261,8 @@ TEST(Referee, AgreesWithRationalsWithinAFewStepsOfAFloat) {
     Triangle t;
     for (Position& p : t) p = {uniform(), uniform(), uniform()};
     if (i % 3 == 0) t[2][2] = t[1][2] = t[0][2];
-    const float u = i % 2 ? 0 : static_cast<float>(random() % 5) / 4, v = static_cast<float>(random() % 5) / 4 * (1 - u);
+    const float u = i % 2 ? 0 : static_cast<float>(random() % 5) / 4,
+                v = static_cast<float>(random() % 5) / 4 * (1 - u);
     Segment s{};
     for (int a = 0; a < 3; ++a) {
       const float p = t[0][a] + u * (t[1][a] - t[0][a]) + v * (t[2][a] - t[0][a]);

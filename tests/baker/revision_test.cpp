@@ -33,7 +33,8 @@ std::string hash_of_bakes() {
 
 TEST(Revision, OtherBytesAreAnotherRevision) {
   ASSERT_EQ(kBakeRevision, 1u) << "a new revision: put its number and hash here";
-  EXPECT_EQ(hash_of_bakes(), "dacf86035015bcd172f655b60bb9ac0a") << "bakes give other bytes than revision 1: raise kBakeRevision";
+  EXPECT_EQ(hash_of_bakes(), "dacf86035015bcd172f655b60bb9ac0a")
+      << "bakes give other bytes than revision 1: raise kBakeRevision";
 }
 
 }  // namespace

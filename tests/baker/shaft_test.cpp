@@ -41,10 +41,11 @@ TEST(Shaft, HasNormalsOfLengthOneAndAtMostTwelvePlanes) {
       const Shaft shaft = make_shaft(random_cell(level, random));
       ASSERT_LE(shaft.planes, kShaftPlanes);
       for (uint32_t k = 0; k < kLanes; ++k) {
-        const float length =
-            std::abs(shaft.normal[0][k]) + std::abs(shaft.normal[1][k]) + std::abs(shaft.normal[2][k]);
+        const float length = std::abs(shaft.normal[0][k]) + std::abs(shaft.normal[1][k]) + std::abs(shaft.normal[2][k]);
         EXPECT_NEAR(length, k < shaft.planes ? 1 : 0, 1e-6);
-        if (k >= shaft.planes) { EXPECT_EQ(shaft.offset[k], 1); }
+        if (k >= shaft.planes) {
+          EXPECT_EQ(shaft.offset[k], 1);
+        }
       }
     }
 }
@@ -82,8 +83,7 @@ TEST(Shaft, HoldsNothingElseInsideTheGrid) {
           const SegmentOfCell s = any_segment(squares, random);
           const double t = random.uniform(), spread = 300 * std::pow(2.0, -1.0 * random.below(14));
           Point x;
-          for (size_t a = 0; a < 3; ++a)
-            x[a] = s.from[a] + t * (s.to[a] - s.from[a]) + random.between(-spread, spread);
+          for (size_t a = 0; a < 3; ++a) x[a] = s.from[a] + t * (s.to[a] - s.from[a]) + random.between(-spread, spread);
           if (!in_grid(x)) continue;
           if (outside(shaft, x) <= 0) {
             EXPECT_TRUE(in_hull(x, larger)) << level << " " << pair << " " << static_cast<double>(outside(shaft, x));

@@ -65,9 +65,7 @@ TEST(PairEdges, FindsTheRimOfAnOpenMesh) {
   EXPECT_EQ(boundaries(paired(pierced(cube(), 5))), 3u);
 }
 
-TEST(PairEdges, GoesRoundAMoebiusStripWhateverItsWinding) {
-  EXPECT_EQ(boundaries(paired(moebius(24))), 48u);
-}
+TEST(PairEdges, GoesRoundAMoebiusStripWhateverItsWinding) { EXPECT_EQ(boundaries(paired(moebius(24))), 48u); }
 
 TEST(PairEdges, DoesNotCareForWinding) {
   SourceMesh mesh = cube();

@@ -50,16 +50,27 @@ TEST_F(AtomicFiles, AppearsWholeAndReplaces) {
 }
 
 TEST_F(AtomicFiles, WithoutCommitNothingIsLeft) {
-  { AtomicFile file(folder_ / "x"); file.append(bytes("half")); }
+  {
+    AtomicFile file(folder_ / "x");
+    file.append(bytes("half"));
+  }
   EXPECT_EQ(names(), Names{});
 }
 
 TEST_F(AtomicFiles, AMappedFileKeepsItsOldBytes) {
-  { AtomicFile file(folder_ / "x"); file.append(bytes("old bytes")); ASSERT_TRUE(file.commit().ok()); }
+  {
+    AtomicFile file(folder_ / "x");
+    file.append(bytes("old bytes"));
+    ASSERT_TRUE(file.commit().ok());
+  }
   const int old = open((folder_ / "x").c_str(), O_RDONLY);
   const char* const mapped = static_cast<const char*>(mmap(nullptr, 9, PROT_READ, MAP_PRIVATE, old, 0));
   close(old);
-  { AtomicFile file(folder_ / "x"); file.append(bytes("new")); ASSERT_TRUE(file.commit().ok()); }
+  {
+    AtomicFile file(folder_ / "x");
+    file.append(bytes("new"));
+    ASSERT_TRUE(file.commit().ok());
+  }
   EXPECT_EQ(std::string(mapped, 9), "old bytes");
   munmap(const_cast<char*>(mapped), 9);
 }
@@ -74,7 +85,8 @@ TEST_F(AtomicFiles, WhatDoesNotReadBackIsNotKept) {
   });
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(seen, "abc");
-  EXPECT_NE(result.error().message.find("x: what was written does not read back: byte 2 is odd"), std::string::npos) << result.error().message;
+  EXPECT_NE(result.error().message.find("x: what was written does not read back: byte 2 is odd"), std::string::npos)
+      << result.error().message;
   EXPECT_EQ(names(), Names{});
 }
 
@@ -113,7 +125,9 @@ TEST_F(AtomicFiles, StaleTemporariesAreRemovedAndLivingOnesStay) {
 
 TEST_F(AtomicFiles, ErrorsNameTheFileAndTheReason) {
   AtomicFile absent(folder_ / "absent" / "x");
-  EXPECT_NE(absent.commit().error().message.find("absent/x: cannot create a temporary file beside it: No such file or directory"), std::string::npos);
+  EXPECT_NE(absent.commit().error().message.find(
+                "absent/x: cannot create a temporary file beside it: No such file or directory"),
+            std::string::npos);
   fs::create_directory(folder_ / "d");
   AtomicFile folder(folder_ / "d");
   EXPECT_NE(folder.commit().error().message.find("d: cannot be replaced: not a regular file"), std::string::npos);

@@ -161,16 +161,22 @@ struct Damage {
 TEST_F(Contents, EveryFindingIsFound) {
   const std::vector<Damage> damages = {
       {FindingId::file_too_short, [](Sidecar& f) { f.bytes.resize(63); }, false},
-      {FindingId::bad_magic, [](Sidecar& f) { f.header().magic = {'P', 'K', 3, 4}; }, false},
+      {FindingId::bad_magic,
+       [](Sidecar& f) {
+         f.header().magic = {'P', 'K', 3, 4};
+       },
+       false},
       {FindingId::transfer_damage, [](Sidecar& f) { f.header().magic[4] = '\n'; }, false},
       {FindingId::unsupported_version, [](Sidecar& f) { f.header().version_major = 9; }},
       {FindingId::header_checksum, [](Sidecar& f) { f.header().section_count ^= 1; }, false},
       {FindingId::reserved_not_zero, [](Sidecar& f) { f.header().reserved[5] = 1; }},
       {FindingId::file_size, [](Sidecar& f) { f.bytes.push_back({}); }},
-      {FindingId::section_table_range, [](Sidecar& f) {
+      {FindingId::section_table_range,
+       [](Sidecar& f) {
          f.header().section_count = 0xFFFFFFFF;
          f.header().header_xxh3 = XXH3_64bits(f.bytes.data(), 56);
-       }, false},
+       },
+       false},
       {FindingId::section_table_checksum, [](Sidecar& f) { f.section(kSectionTree).offset ^= 1; }, false},
       {FindingId::unknown_critical, [](Sidecar& f) { f.section(kSectionTree).type = section_type("WHAT"); }},
       {FindingId::section_flags, [](Sidecar& f) { f.section(kSectionTree).flags = 0; }},
@@ -181,7 +187,8 @@ TEST_F(Contents, EveryFindingIsFound) {
       {FindingId::section_object, [](Sidecar& f) { f.section(kSectionTree).object = kNone; }},
       {FindingId::section_count, [](Sidecar& f) { f.section(kSectionProvenance).type = kSectionNames; }},
       {FindingId::padding_not_zero, [](Sidecar& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }},
-      {FindingId::trailing_bytes, [](Sidecar& f) {
+      {FindingId::trailing_bytes,
+       [](Sidecar& f) {
          f.bytes.resize(f.bytes.size() + 8);
          f.header().file_size += 8;
        }},
@@ -211,7 +218,8 @@ TEST_F(Contents, EveryFindingIsFound) {
     if (const char* folder = std::getenv("VCD_WRITE_INVALID"))  // how tests/golden/invalid came to be
       write_file(std::filesystem::path(folder) / (std::string(finding_info(damage.expected).id) + ".vcd"), file.bytes);
     const auto findings = findings_of(file.bytes);
-    EXPECT_TRUE(found(findings, damage.expected)) << finding_info(damage.expected).id << (findings.empty() ? "" : ", but: " + describe(findings[0]));
+    EXPECT_TRUE(found(findings, damage.expected))
+        << finding_info(damage.expected).id << (findings.empty() ? "" : ", but: " + describe(findings[0]));
     seen.insert(damage.expected);
   }
   // Two that only compressed sections can have; tree-depth has a test of its own.
@@ -241,19 +249,25 @@ TEST_F(Contents, TheRecordOfVersion2IsHeldToItsRules) {
   };
   for (Method method : {Method::sampled, Method::proven, Method::hybrid})
     for (uint32_t samples : {0u, 16u, 80u, 81u, 256u}) {
-      const bool known = method == Method::proven ? samples == 0 : samples == 81 || samples == 256 || (samples == 16 && method == Method::sampled);
+      const bool known = method == Method::proven
+                             ? samples == 0
+                             : samples == 81 || samples == 256 || (samples == 16 && method == Method::sampled);
       EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.method_parameters[0] = samples; }),
-                known ? "" : "object-method") << static_cast<int>(method) << " " << samples;
-      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.method_parameters[7] = 1; }), "object-method");
+                known ? "" : "object-method")
+          << static_cast<int>(method) << " " << samples;
+      EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.method_parameters[7] = 1; }),
+                "object-method");
     }
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.method = 4; }), "object-method");
-  EXPECT_EQ(first_finding([](ObjectRecord& r) { set_method(r, Method::none), r.method_parameters[1] = 1; }), "object-method");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { set_method(r, Method::none), r.method_parameters[1] = 1; }),
+            "object-method");
 
   for (Method method : {Method::sampled, Method::proven, Method::hybrid})
     for (float guard : {0.0f, 1e-6f, 3.0f, -0.01f, kInfinity, kNan}) {
       const bool fits = method == Method::sampled ? guard == 0 : guard == 1e-6f || guard == 3;
       EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.guard_band = guard; }),
-                fits ? "" : "object-method") << static_cast<int>(method) << " " << guard;
+                fits ? "" : "object-method")
+          << static_cast<int>(method) << " " << guard;
     }
 
   using Two = std::array<uint64_t, 2>;
@@ -262,16 +276,30 @@ TEST_F(Contents, TheRecordOfVersion2IsHeldToItsRules) {
     float bound;
     bool fits;
   };
-  for (const Audit& a : {Audit{{0, 0}, {0, 0}, 0, true}, {{0, 0}, {0, 0}, 1, false}, {{0, 0}, {1, 0}, 0, false},
-                         {{0, 9}, {0, 9}, 0, true}, {{0, 9}, {0, 10}, 0, false}, {{100, 0}, {1, 0}, 0.05f, true},
-                         {{100, 0}, {1, 0}, 0.009f, false}, {{100, 0}, {1, 0}, 1.01f, false}, {{100, 0}, {101, 0}, 1, false},
-                         {{100, 0}, {100, 0}, 1, true}, {{100, 0}, {1, 0}, kNan, false}, {{100, 0}, {1, 0}, kInfinity, false}})
+  for (const Audit& a : {Audit{{0, 0}, {0, 0}, 0, true},
+                         {{0, 0}, {0, 0}, 1, false},
+                         {{0, 0}, {1, 0}, 0, false},
+                         {{0, 9}, {0, 9}, 0, true},
+                         {{0, 9}, {0, 10}, 0, false},
+                         {{100, 0}, {1, 0}, 0.05f, true},
+                         {{100, 0}, {1, 0}, 0.009f, false},
+                         {{100, 0}, {1, 0}, 1.01f, false},
+                         {{100, 0}, {101, 0}, 1, false},
+                         {{100, 0}, {100, 0}, 1, true},
+                         {{100, 0}, {1, 0}, kNan, false},
+                         {{100, 0}, {1, 0}, kInfinity, false}})
     for (Method method : {Method::sampled, Method::hybrid})
       EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), set_audit(r, a.lines, a.wrong, a.bound); }),
-                a.fits ? "" : "object-audit") << a.lines[0] << " " << a.wrong[0] << " " << a.bound;
-  EXPECT_EQ(first_finding([](ObjectRecord& r) { set_method(r, Method::proven), set_audit(r, {100, 100}, {}, 0.03f); }), "");
+                a.fits ? "" : "object-audit")
+          << a.lines[0] << " " << a.wrong[0] << " " << a.bound;
+  EXPECT_EQ(first_finding([](ObjectRecord& r) {
+              set_method(r, Method::proven), set_audit(r, {100, 100}, {}, 0.03f);
+            }),
+            "");
   for (const Two& wrong : {Two{1, 0}, Two{0, 1}})
-    EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::proven), set_audit(r, {100, 100}, wrong, 0.1f); }),
+    EXPECT_EQ(first_finding([&](ObjectRecord& r) {
+                set_method(r, Method::proven), set_audit(r, {100, 100}, wrong, 0.1f);
+              }),
               "object-audit");
 
   // Statistical cells: of hybrids only, as many as there are.
@@ -279,8 +307,12 @@ TEST_F(Contents, TheRecordOfVersion2IsHeldToItsRules) {
   EXPECT_EQ(first_finding(move_cell), "object-counts");
   EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::proven), move_cell(r); }), "object-counts");
   EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), move_cell(r); }), "object-statistics");
-  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), ++r.statistical_cells; }), "object-counts");
-  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), r.cells[0] -= r.statistical_cells = ~uint64_t{0}; }), "object-counts");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, Method::hybrid), ++r.statistical_cells; }),
+            "object-counts");
+  EXPECT_EQ(first_finding([&](ObjectRecord& r) {
+              set_method(r, Method::hybrid), r.cells[0] -= r.statistical_cells = ~uint64_t{0};
+            }),
+            "object-counts");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.reserved1[23] = 1; }), "reserved-not-zero");
 }
 
@@ -294,7 +326,8 @@ TEST(Class3, IsForHybridsOnly) {
       Sidecar other = hybrid;
       set_method(other.object(), method);
       set_audit(other.object(), {}, {}, 0);
-      other.object().cells[2] += other.object().statistical_cells;  // bricks are not read at bounds level, so this could be
+      // Bricks are not read at bounds level, so this could be.
+      other.object().cells[2] += other.object().statistical_cells;
       other.object().statistical_cells = 0;
       other.seal();
       EXPECT_TRUE(found(findings_of(other.bytes), FindingId::tree_class)) << name;
@@ -365,7 +398,8 @@ TEST(Version1, IsHeldToItsOwnRules) {
     ASSERT_TRUE(contents.has_value()) << byte << describe(findings[0]);
     const ObjectRecord& r = *contents->objects[0].record;
     EXPECT_TRUE(r.statistical_cells == 0 && r.audit_lines[0] == 0 && r.audit_lines[1] == 0 && r.audit_wrong[0] == 0 &&
-                r.audit_wrong[1] == 0 && r.audit_bound_95 == 0 && r.guard_band == 0) << byte;
+                r.audit_wrong[1] == 0 && r.audit_bound_95 == 0 && r.guard_band == 0)
+        << byte;
   }
   Sidecar file = original;
   file.brick(3)[0] |= 3;
@@ -396,12 +430,14 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
     const uint64_t first256 = good.shape.top_bytes() / 4, first16 = first256 + good.block256_count * kBlock256Words;
     for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {
       if (good.shape.has_blocks16) {
-        EXPECT_TRUE(found(findings_with(first16 + 3 * 16 + 5, static_cast<uint32_t>(good.brick_count), level), FindingId::tree_index));
+        EXPECT_TRUE(found(findings_with(first16 + 3 * 16 + 5, static_cast<uint32_t>(good.brick_count), level),
+                          FindingId::tree_index));
         EXPECT_TRUE(found(findings_with(first16 + 16, 2, level), FindingId::tree_uniform));
       }
       if (good.shape.has_blocks256) {
         const uint64_t below = good.shape.has_blocks16 ? good.block16_count : good.brick_count;
-        EXPECT_TRUE(found(findings_with(first256 + 3 * 256 + 5, static_cast<uint32_t>(below), level), FindingId::tree_index));
+        EXPECT_TRUE(
+            found(findings_with(first256 + 3 * 256 + 5, static_cast<uint32_t>(below), level), FindingId::tree_index));
         EXPECT_TRUE(found(findings_with(first256 + 256, 2, level), FindingId::tree_uniform));
       }
     }
@@ -419,7 +455,9 @@ TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
   for (bool trailing : {false, true}) {
     Sidecar copy = file;
     Buffer stored = frame;
-    if (trailing) stored.insert(stored.end(), reinterpret_cast<const std::byte*>(empty), reinterpret_cast<const std::byte*>(empty) + sizeof empty);
+    if (trailing)
+      stored.insert(stored.end(), reinterpret_cast<const std::byte*>(empty),
+                    reinterpret_cast<const std::byte*>(empty) + sizeof empty);
     copy.bytes.resize(e.offset);
     copy.bytes.insert(copy.bytes.end(), stored.begin(), stored.end());
     SectionEntry& moved = copy.section(kSectionGeometry);
@@ -437,7 +475,8 @@ TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
     EXPECT_EQ(findings.empty(), !trailing);
     // The content of an unknown compressed section is checked too.
     copy.section(section_type("NEWS")).logical_xxh3 ^= 1;
-    copy.header().section_table_xxh3 = XXH3_64bits(copy.bytes.data() + 64, copy.header().section_count * sizeof(SectionEntry));
+    copy.header().section_table_xxh3 =
+        XXH3_64bits(copy.bytes.data() + 64, copy.header().section_count * sizeof(SectionEntry));
     copy.header().header_xxh3 = XXH3_64bits(copy.bytes.data(), 56);
     EXPECT_FALSE(findings_of(copy.bytes).empty());
   }
@@ -462,7 +501,9 @@ TEST(Margins, AreOneSectionOfOneSizeForAnObject) {
   SidecarToWrite bad = good;
   bad.objects[0].margins = bad.objects[0].margins.first(8);
   EXPECT_TRUE(found(findings(bad), FindingId::section_size));
-  for (const auto& [object, finding] : {std::pair(0u, FindingId::section_count), std::pair(1u, FindingId::section_object), std::pair(kNone, FindingId::section_object)}) {
+  for (const auto& [object, finding] :
+       {std::pair(0u, FindingId::section_count), std::pair(1u, FindingId::section_object),
+        std::pair(kNone, FindingId::section_object)}) {
     bad = good;
     OptionalSection second;
     second.entry.type = kSectionMargins, second.entry.object = object;
@@ -516,7 +557,8 @@ TEST(ZstdBudget, HoldsForAllSectionsOfAFileTogether) {
     }
     file.bytes.resize(end);
     std::memcpy(file.bytes.data() + sizeof(FileHeader), table.data(), table.size() * sizeof(SectionEntry));
-    for (uint32_t i = 2; i < table.size(); ++i) std::copy(frame.begin(), frame.end(), file.bytes.begin() + static_cast<std::ptrdiff_t>(table[i].offset));
+    for (uint32_t i = 2; i < table.size(); ++i)
+      std::copy(frame.begin(), frame.end(), file.bytes.begin() + static_cast<std::ptrdiff_t>(table[i].offset));
     FileHeader& header = file.header();
     header.magic = kMagic;
     header.version_major = 1;
@@ -524,7 +566,8 @@ TEST(ZstdBudget, HoldsForAllSectionsOfAFileTogether) {
     header.file_size = end;
     file.seal();
     const auto findings = findings_of(file.bytes);
-    EXPECT_EQ(found(findings, FindingId::section_size), count == 100) << (findings.empty() ? "" : describe(findings[0]));
+    EXPECT_EQ(found(findings, FindingId::section_size), count == 100)
+        << (findings.empty() ? "" : describe(findings[0]));
     EXPECT_EQ(findings.empty(), count == 60);
   }
 }

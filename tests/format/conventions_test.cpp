@@ -24,7 +24,8 @@ class Conventions : public testing::Test {
   static void TearDownTestSuite() { delete baked_; }
 
   static Visibility ask(const Segment& s) {
-    return classify(make_grid_frame(baked_->record.box_min, baked_->record.box_max), baked_->tree(), baked_->tree().shape, s);
+    return classify(make_grid_frame(baked_->record.box_min, baked_->record.box_max), baked_->tree(),
+                    baked_->tree().shape, s);
   }
   static Segment blocked() { return {{0.1f, 0.1f, -5}, 0, {0, 0, 10}, 1}; }
   static Segment clear() { return {{0.95f, 0.95f, -5}, 0, {0, 0, 10}, 1}; }

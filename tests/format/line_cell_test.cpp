@@ -37,7 +37,9 @@ void expect_same(const Box& box, const Segment& segment) {
 
 TEST(LineCell, EqualsItsPlainTwinOnRandomLines) {
   std::mt19937 random(1);
-  const auto uniform = [&](float low, float high) { return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f; };
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f;
+  };
   for (const Box& box : kBoxes)
     for (int i = 0; i < 100000 && !HasFatalFailure(); ++i) {
       Segment segment{};
@@ -55,11 +57,14 @@ TEST(LineCell, EqualsItsPlainTwinOnRandomLines) {
 TEST(LineCell, EqualsItsPlainTwinOnAnyBits) {
   std::mt19937 random(2);
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr float kSpecial[] = {0.0f, -0.0f, 1.0f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), 1e-40f, 3e38f, 0x1p-100f};
+  constexpr float kSpecial[] = {0.0f,   -0.0f, 1.0f,     kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                                1e-40f, 3e38f, 0x1p-100f};
   for (int i = 0; i < 200000 && !HasFatalFailure(); ++i) {
     Segment segment;
     for (float* x : {segment.origin, segment.direction})
-      for (int a = 0; a < 3; ++a) x[a] = random() % 3 ? std::bit_cast<float>(static_cast<uint32_t>(random())) : kSpecial[random() % std::size(kSpecial)];
+      for (int a = 0; a < 3; ++a)
+        x[a] = random() % 3 ? std::bit_cast<float>(static_cast<uint32_t>(random()))
+                            : kSpecial[random() % std::size(kSpecial)];
     segment.t_min = std::bit_cast<float>(static_cast<uint32_t>(random()));
     segment.t_max = std::bit_cast<float>(static_cast<uint32_t>(random()));
     expect_same(kBoxes[i % std::size(kBoxes)], segment);

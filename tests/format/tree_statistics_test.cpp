@@ -57,7 +57,8 @@ class Dense {
     const TreeStatistics before = statistics_;
     std::vector<Seen> children;
     for (uint32_t i = 0; i < 16; ++i)
-      children.push_back(visit(pair, level + 1, 2 * s + (i >> 3), 2 * t + (i >> 2 & 1), 2 * u + (i >> 1 & 1), 2 * v + (i & 1)));
+      children.push_back(
+          visit(pair, level + 1, 2 * s + (i >> 3), 2 * t + (i >> 2 & 1), 2 * u + (i >> 1 & 1), 2 * v + (i & 1)));
     std::string shape = "(";
     bool all_leaves = true, all_equal = true;
     for (const Seen& child : children) {

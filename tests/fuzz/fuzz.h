@@ -22,8 +22,8 @@ inline void require(bool holds, const char* promise) {
   if (!holds) broken(promise);
 }
 
-// Targets call this where an input has come through every check. With VCD_FUZZ_PLANT in the environment (property, memory
-// or undefined) a bug stands here, which `run.py --self-test` must see.
+// Targets call this where an input has come through every check. With VCD_FUZZ_PLANT in the environment (property,
+// memory or undefined) a bug stands here, which `run.py --self-test` must see.
 inline void planted_bug() {
   static const char* const planted = std::getenv("VCD_FUZZ_PLANT");
   if (planted == nullptr) return;

@@ -12,7 +12,8 @@
 
 namespace vcd::fuzz {
 
-// Takes floats from bytes, and where these have ended from a generator whose seed they are: places about the box [0, 1]^3.
+// Takes floats from bytes, and where these have ended from a generator whose seed they are: places about the box [0,
+// 1]^3.
 class HostileFloats {
  public:
   explicit HostileFloats(std::span<const uint8_t> bytes) : bytes_(bytes) {
@@ -40,7 +41,8 @@ class HostileFloats {
 
 // From the unit cube to the box, so that what a generator makes is about it.
 inline void stretch(float (&point)[3], const ObjectRecord& record, bool direction = false) {
-  for (int a = 0; a < 3; ++a) point[a] = point[a] * (record.box_max[a] - record.box_min[a]) + (direction ? 0 : record.box_min[a]);
+  for (int a = 0; a < 3; ++a)
+    point[a] = point[a] * (record.box_max[a] - record.box_min[a]) + (direction ? 0 : record.box_min[a]);
 }
 
 // As many as the bytes have, at least 16, at most 200; every other one is in the box's frame.
@@ -74,7 +76,9 @@ struct HostileBundles {
     }
     std::copy_n(quad.origin, 3, sphere.origin);
     for (size_t i = 0; i < count; ++i)
-      for (size_t c = 0; c < 5; ++c) columns[c].push_back(c < 2 ? floats.next() : sphere.centre[c - 2] + 0.5f * sphere.radius * (floats.next() - 0.5f));
+      for (size_t c = 0; c < 5; ++c)
+        columns[c].push_back(c < 2 ? floats.next()
+                                   : sphere.centre[c - 2] + 0.5f * sphere.radius * (floats.next() - 0.5f));
     quad.u = columns[0], quad.v = columns[1];
     sphere.x = columns[2], sphere.y = columns[3], sphere.z = columns[4];
   }

@@ -1,5 +1,5 @@
-// One mesh format through ingest() and prepare(). VCD_FUZZ_EXTENSION is the format's; VCD_FUZZ_CALLS_LIBRARIES is 1 where
-// code that is not ours may throw, and where a file may name others that are missing.
+// One mesh format through ingest() and prepare(). VCD_FUZZ_EXTENSION is the format's; VCD_FUZZ_CALLS_LIBRARIES is 1
+// where code that is not ours may throw, and where a file may name others that are missing.
 #include <string>
 
 #include "fuzz/memory_file.h"
@@ -22,7 +22,8 @@ void ingest_bytes(const uint8_t* data, size_t size) {
   Result<Ingested> result = ingest(file.path(), options);
   if (!result) {
     require(result.error().message.starts_with(file.path().string() + ": "), "an error names the file");
-    if (!may_fail_with(result.error().code)) broken("error code " + std::to_string(static_cast<int>(result.error().code)) + ": " + result.error().message);
+    if (!may_fail_with(result.error().code))
+      broken("error code " + std::to_string(static_cast<int>(result.error().code)) + ": " + result.error().message);
     return;
   }
   require_ingested(*result);

@@ -62,17 +62,20 @@ inline std::optional<LooseSidecar> LooseSidecar::parse(std::span<const uint8_t> 
   if (bytes.size() < sizeof(FileHeader)) return std::nullopt;
   std::memcpy(&loose.header, bytes.data(), sizeof(FileHeader));
   const uint64_t size = std::min<uint64_t>(loose.header.file_size, bytes.size());
-  if (size < sizeof(FileHeader) || loose.header.section_count > (size - sizeof(FileHeader)) / sizeof(SectionEntry)) return std::nullopt;
+  if (size < sizeof(FileHeader) || loose.header.section_count > (size - sizeof(FileHeader)) / sizeof(SectionEntry))
+    return std::nullopt;
   loose.sections.resize(loose.header.section_count);
   for (size_t i = 0; i < loose.sections.size(); ++i) {
     auto& [entry, logical] = loose.sections[i];
     std::memcpy(&entry, bytes.data() + sizeof(FileHeader) + i * sizeof entry, sizeof entry);
-    if (entry.offset > size || entry.stored_size > size - entry.offset || entry.logical_size > kLargestSection) return std::nullopt;
+    if (entry.offset > size || entry.stored_size > size - entry.offset || entry.logical_size > kLargestSection)
+      return std::nullopt;
     const uint8_t* stored = bytes.data() + entry.offset;
     logical.assign(stored, stored + entry.stored_size);
     if (entry.storage != static_cast<uint32_t>(Storage::zstd)) continue;
     logical.resize(entry.logical_size);
-    if (ZSTD_decompress(logical.data(), logical.size(), stored, entry.stored_size) != logical.size()) return std::nullopt;
+    if (ZSTD_decompress(logical.data(), logical.size(), stored, entry.stored_size) != logical.size())
+      return std::nullopt;
   }
   loose.tail.assign(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
   return loose;

@@ -33,7 +33,8 @@ void write_streams(const std::filesystem::path& folder) {
     write(folder / (name + "-sphere"), encode_draco(input_of(sphere(4, 6), method, 8)));
     write(folder / (name + "-leaves"), encode_draco(input_of(leaves(3), method, 11)));
     DracoInput integers = input_of(cube(), method, 0);
-    integers.as_int16 = true, integers.decoy = method == draco::MESH_SEQUENTIAL_ENCODING;  // two positions crash the other encoder
+    integers.as_int16 = true,
+    integers.decoy = method == draco::MESH_SEQUENTIAL_ENCODING;  // two positions crash the other encoder
     write(folder / (name + "-integers"), encode_draco(integers));
     DracoInput grid = draco_grid(3);
     grid.method = method;
@@ -57,8 +58,12 @@ GltfBuilder draco_in_gltf() {
 size_t add_packed(GltfBuilder& builder, const Bytes& packed, size_t count, size_t stride, const char* mode) {
   const size_t view = builder.add_view(packed);
   json& object = builder.document["bufferViews"][view];
-  object["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0}, {"byteOffset", object["byteOffset"]}, {"byteLength", packed.size()},
-                                                     {"count", count}, {"byteStride", stride}, {"mode", mode}};
+  object["extensions"]["EXT_meshopt_compression"] = {{"buffer", 0},
+                                                     {"byteOffset", object["byteOffset"]},
+                                                     {"byteLength", packed.size()},
+                                                     {"count", count},
+                                                     {"byteStride", stride},
+                                                     {"mode", mode}};
   object["byteLength"] = count * stride;
   return view;
 }
@@ -67,14 +72,18 @@ GltfBuilder meshopt_in_gltf() {
   const SourceMesh mesh = cube();
   std::vector<uint32_t> indices;
   for (const TriangleIndices& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
-  Bytes vertices(meshopt_encodeVertexBufferBound(8, 12)), triangles(meshopt_encodeIndexBufferBound(36, 8)), sequence(meshopt_encodeIndexSequenceBound(36, 8));
+  Bytes vertices(meshopt_encodeVertexBufferBound(8, 12)), triangles(meshopt_encodeIndexBufferBound(36, 8)),
+      sequence(meshopt_encodeIndexSequenceBound(36, 8));
   vertices.resize(meshopt_encodeVertexBuffer(vertices.data(), vertices.size(), mesh.positions.data(), 8, 12));
   triangles.resize(meshopt_encodeIndexBuffer(triangles.data(), triangles.size(), indices.data(), 36));
   sequence.resize(meshopt_encodeIndexSequence(sequence.data(), sequence.size(), indices.data(), 36));
   GltfBuilder builder;
-  const size_t positions = builder.add_accessor(add_packed(builder, vertices, 8, 12, "ATTRIBUTES"), float_type, "VEC3", 8);
-  const size_t first = builder.add_accessor(add_packed(builder, triangles, 36, 4, "TRIANGLES"), uint32_type, "SCALAR", 36);
-  const size_t second = builder.add_accessor(add_packed(builder, sequence, 36, 4, "INDICES"), uint32_type, "SCALAR", 36);
+  const size_t positions =
+      builder.add_accessor(add_packed(builder, vertices, 8, 12, "ATTRIBUTES"), float_type, "VEC3", 8);
+  const size_t first =
+      builder.add_accessor(add_packed(builder, triangles, 36, 4, "TRIANGLES"), uint32_type, "SCALAR", 36);
+  const size_t second =
+      builder.add_accessor(add_packed(builder, sequence, 36, 4, "INDICES"), uint32_type, "SCALAR", 36);
   builder.add_mesh({GltfBuilder::primitive(positions, first), GltfBuilder::primitive(positions, second)});
   builder.document["extensionsUsed"] = {"EXT_meshopt_compression"};
   return builder;

@@ -30,12 +30,14 @@ class MemoryFile {
 
   // Leaves the descriptor at the file's start.
   void fill(const uint8_t* data, size_t size) const {
-    require(::ftruncate(file_, 0) == 0 && ::pwrite(file_, data, size, 0) == static_cast<ssize_t>(size) && ::lseek(file_, 0, SEEK_SET) == 0,
+    require(::ftruncate(file_, 0) == 0 && ::pwrite(file_, data, size, 0) == static_cast<ssize_t>(size) &&
+                ::lseek(file_, 0, SEEK_SET) == 0,
             "the system writes to a memory file");
   }
   std::string content() const {
     std::string bytes(static_cast<size_t>(::lseek(file_, 0, SEEK_END)), '\0');
-    require(::pread(file_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()), "the system reads a memory file");
+    require(::pread(file_, bytes.data(), bytes.size(), 0) == static_cast<ssize_t>(bytes.size()),
+            "the system reads a memory file");
     return bytes;
   }
   const std::filesystem::path& path() const { return path_; }

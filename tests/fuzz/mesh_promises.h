@@ -29,7 +29,8 @@ inline void require_ingested(const Ingested& ingested) {
   }
   for (const Placement& placement : ingested.placements) {
     require(placement.mesh < ingested.meshes.size(), "a placement is of a mesh that is there");
-    require(std::ranges::all_of(placement.transform, [](float x) { return std::isfinite(x); }), "placements are finite");
+    require(std::ranges::all_of(placement.transform, [](float x) { return std::isfinite(x); }),
+            "placements are finite");
   }
 }
 
@@ -47,7 +48,8 @@ inline void require_prepared(const PreparedMesh& mesh) {
     std::ranges::sort(t);
   }
   require(std::ranges::find(used, false) == used.end(), "every position is used");
-  require(std::ranges::adjacent_find(ascending, std::greater_equal()) == ascending.end(), "triangles are sorted and unique");
+  require(std::ranges::adjacent_find(ascending, std::greater_equal()) == ascending.end(),
+          "triangles are sorted and unique");
   for (const Position& p : mesh.positions)
     for (size_t a = 0; a < 3; ++a) {
       require(!(p[a] == 0 && std::signbit(p[a])), "there is no -0");
@@ -69,8 +71,9 @@ inline void require_prepare_holds(SourceMesh mesh) {
   const Result<PreparedMesh> twice = prepare({"", 0, once->positions, once->triangles});
   require(twice.ok() && twice->duplicate_triangles == 0 && twice->zero_area_triangles == 0,
           "a prepared mesh can be prepared again");
-  require(twice->positions == once->positions && twice->triangles == once->triangles && twice->box_min == once->box_min &&
-              twice->box_max == once->box_max && twice->geometry_hash == once->geometry_hash,
+  require(twice->positions == once->positions && twice->triangles == once->triangles &&
+              twice->box_min == once->box_min && twice->box_max == once->box_max &&
+              twice->geometry_hash == once->geometry_hash,
           "preparing a prepared mesh changes nothing");
 }
 

@@ -42,7 +42,8 @@ struct Opened {
   static std::optional<Opened> open(Bytes bytes, bool sound, bool proven_only) {
     Opened opened{sound, proven_only, {}};
     for (const std::string& kernel : kernels()) {
-      auto sidecar = Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds, .proven_only = proven_only, .kernel = kernel});
+      auto sidecar =
+          Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds, .proven_only = proven_only, .kernel = kernel});
       if (!sidecar) return std::nullopt;
       opened.by_kernel.push_back(std::move(*sidecar));
     }
@@ -58,7 +59,8 @@ std::vector<Answer> segment_answers(const Opened& opened, size_t index, const st
     require_answer(opened.by_kernel[0].contents().objects[index], s, alone.back(), opened.proven_only, opened.sound);
     bool asked = false;
     const bool occluded = first.occluded(s, [&] { return asked = true; });
-    require(asked == (alone.back() == Answer::unclassified) && occluded == (alone.back() != Answer::clear), "the fallback decides what is open");
+    require(asked == (alone.back() == Answer::unclassified) && occluded == (alone.back() != Answer::clear),
+            "the fallback decides what is open");
   }
   const SegmentColumns columns(segments);
   for (const Sidecar& sidecar : opened.by_kernel) {
@@ -82,16 +84,19 @@ bool neighbour_says(const Object& object, const Segment& s, Answer answer) {
   return false;
 }
 
-// What single look-ups say, or more where they say nothing: a segment too short to be looked up, or within rounding of a border.
+// What single look-ups say, or more where they say nothing: a segment too short to be looked up, or within rounding of
+// a border.
 void require_as_alone(const Object& object, const QuadBundle& bundle, const Bits& bits) {
   const auto finite = [](float x) { return std::isfinite(x); };
   if (!std::ranges::all_of(bundle.u, finite) || !std::ranges::all_of(bundle.v, finite)) return;
   for (size_t i = 0; i < bundle.size(); ++i) {
     const Segment s = segment_of(bundle, i);
     const Answer alone = object.classify(s), together = bits[i];
-    if (!is_finite(s.origin) || !is_finite(s.direction)) require(together == Answer::unclassified, "12: what is not finite is unclassified, in bundles too");
+    if (!is_finite(s.origin) || !is_finite(s.direction))
+      require(together == Answer::unclassified, "12: what is not finite is unclassified, in bundles too");
     require(together != Answer::unclassified || alone == together, "a bundle answers all that single look-ups answer");
-    require(together == alone || alone == Answer::unclassified || neighbour_says(object, s, together), "a bundle says what single look-ups say");
+    require(together == alone || alone == Answer::unclassified || neighbour_says(object, s, together),
+            "a bundle says what single look-ups say");
   }
 }
 void require_as_alone(const Object&, const SphereBundle&, const Bits&) {}  // samples may lie outside of the sphere
@@ -106,7 +111,8 @@ Bits bundle_answers(const Opened& opened, size_t index, const Bundle& bundle) {
     bits.require_well_formed();
     if (&sidecar == &opened.by_kernel[0]) first = bits;
     if (sidecar.kernel() == "scalar") {
-      for (size_t i = 0; i < bundle.size(); ++i) require(bits[i] == object.classify(segment_of(bundle, i)), "the scalar kernel looks up each sample");
+      for (size_t i = 0; i < bundle.size(); ++i)
+        require(bits[i] == object.classify(segment_of(bundle, i)), "the scalar kernel looks up each sample");
     } else {
       require(bits == first, "bundles are answered alike by every kernel that takes them together");
       require_as_alone(object, bundle, bits);
@@ -136,7 +142,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const Input input(data, size);
   const bool sound = Sidecar::open_buffer(input.bytes()).ok();
   const auto all = Opened::open(input.bytes(), sound, false), proven = Opened::open(input.bytes(), sound, true);
-  require(all.has_value() == proven.has_value() && (all || !sound), "whether a file opens does not depend on what of it is trusted");
+  require(all.has_value() == proven.has_value() && (all || !sound),
+          "whether a file opens does not depend on what of it is trusted");
   if (!all) return 0;
   query_objects(*all, *proven, input.tail);
   query_scene(all->by_kernel[0], input.tail);

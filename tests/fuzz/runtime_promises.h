@@ -1,4 +1,5 @@
-// What the runtime promises of its answers, whatever the tree says: spec/conventions.md, spec/vcd-format.md "The answer".
+// What the runtime promises of its answers, whatever the tree says: spec/conventions.md, spec/vcd-format.md "The
+// answer".
 #pragma once
 
 #include <cmath>
@@ -33,16 +34,19 @@ inline Answer plain_answer(const ObjectContents& object, const Segment& s, bool 
   return covers(object.tree.margins, line, s.t_min, s.t_max) ? Answer::blocked : Answer::unclassified;
 }
 
-// counts_are_right: the record's counts have been checked. If not, "no clear cell" there may be a lie that leaves a segment
-// unclassified.
-inline void require_answer(const ObjectContents& object, const Segment& s, Answer answer, bool proven_only, bool counts_are_right) {
+// counts_are_right: the record's counts have been checked. If not, "no clear cell" there may be a lie that leaves a
+// segment unclassified.
+inline void require_answer(const ObjectContents& object, const Segment& s, Answer answer, bool proven_only,
+                           bool counts_are_right) {
   const Answer plain = plain_answer(object, s, proven_only);
-  require(answer == plain || (!counts_are_right && answer == Answer::unclassified), "the answer is that of the spec's text");
+  require(answer == plain || (!counts_are_right && answer == Answer::unclassified),
+          "the answer is that of the spec's text");
   if (!is_finite(s.origin) || !is_finite(s.direction))
     require(answer == Answer::unclassified, "12: a NaN or an infinity in origin or direction gives unclassified");
   if (s.direction[0] == 0 && s.direction[1] == 0 && s.direction[2] == 0)
     require(answer == Answer::unclassified, "13: a direction of zero length gives unclassified");
-  if (!(s.t_min < s.t_max)) require(answer != Answer::blocked, "4, 16: an empty interval, or a NaN in it, is never blocked");
+  if (!(s.t_min < s.t_max))
+    require(answer != Answer::blocked, "4, 16: an empty interval, or a NaN in it, is never blocked");
 }
 
 // Proofs alone say nothing else than all answers do, and maybe less.

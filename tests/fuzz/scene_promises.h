@@ -58,10 +58,12 @@ class SceneQueries {
       bits.require_well_formed();
       if (&scene == &scenes_[0]) first = bits;
       // The last kernel is the scalar one, which takes no samples together.
-      require(bits == first || &scene == &scenes_.back(), "bundles are answered alike by every kernel that takes them together");
+      require(bits == first || &scene == &scenes_.back(),
+              "bundles are answered alike by every kernel that takes them together");
       for (const bool hits : {false, true}) {
         std::vector<uint64_t> blocked(bits.blocked.size(), ~uint64_t{0});
-        scene.occluded(bundle, blocked, [&](const OpenSegments& open) { trace(scene, open, bundle.size(), hits); }, query);
+        scene.occluded(
+            bundle, blocked, [&](const OpenSegments& open) { trace(scene, open, bundle.size(), hits); }, query);
         if (bundle.size() % 64) require(blocked.back() >> (bundle.size() % 64) == 0, "bits past the last sample are 0");
       }
     }
@@ -82,13 +84,15 @@ class SceneQueries {
     }
     for (size_t i = 0; i < segments_.size(); ++i) {
       require(!listed[i] || answers[i] == Answer::unclassified, "only unclassified segments are listed");
-      require(!complete || listed[i] == (answers[i] == Answer::unclassified), "a complete list has every unclassified segment");
+      require(!complete || listed[i] == (answers[i] == Answer::unclassified),
+              "a complete list has every unclassified segment");
     }
     return answers;
   }
 
   static void trace(const Scene& scene, const OpenSegments& open, size_t size, bool hits) {
-    require(open.instance < scene.size() && open.segments.count > 0 && open.segments.count <= 256, "open segments are of an instance");
+    require(open.instance < scene.size() && open.segments.count > 0 && open.segments.count <= 256,
+            "open segments are of an instance");
     volatile float sum = 0;
     for (size_t k = 0; k < (open.segments.count + 15) / 16 * 16; ++k) sum = sum + segment_at(open.segments, k).t_max;
     for (size_t k = 0; k < open.segments.count; ++k) {
@@ -100,7 +104,8 @@ class SceneQueries {
   void require_traced(const Scene& scene, const std::vector<Answer>& answers) const {
     for (const bool hits : {false, true}) {
       std::vector<uint64_t> blocked((segments_.size() + 63) / 64, ~uint64_t{0});
-      scene.occluded(segments_, blocked, [&](const OpenSegments& open) { trace(scene, open, segments_.size(), hits); }, query_);
+      scene.occluded(
+          segments_, blocked, [&](const OpenSegments& open) { trace(scene, open, segments_.size(), hits); }, query_);
       for (size_t i = 0; i < segments_.size(); ++i) {
         const bool bit = blocked[i / 64] >> (i % 64) & 1;
         if (answers[i] == Answer::blocked) require(bit, "what a sidecar blocks is blocked");
@@ -129,8 +134,10 @@ inline void query_scene(const Sidecar& sidecar, std::span<const uint8_t> tail) {
   const ObjectRecord& record = sidecar.object(0).record();
   const auto segments = hostile_segments(floats, record);
   std::vector<uint32_t> origins;
-  for (size_t i = 0; i < segments.size(); ++i) origins.push_back(floats.below(3) ? kNoInstance : floats.below(static_cast<uint32_t>(instances.size())));
-  const SceneQuery query{floats.below(2) ? 0xFFFFFFFF : floats.below(4), floats.below(2) ? std::span<const uint32_t>(origins) : std::span<const uint32_t>()};
+  for (size_t i = 0; i < segments.size(); ++i)
+    origins.push_back(floats.below(3) ? kNoInstance : floats.below(static_cast<uint32_t>(instances.size())));
+  const SceneQuery query{floats.below(2) ? 0xFFFFFFFF : floats.below(4),
+                         floats.below(2) ? std::span<const uint32_t>(origins) : std::span<const uint32_t>()};
   const SceneQueries queries(std::move(scenes), segments, query);
   queries.ask();
   const HostileBundles bundles(floats, record);

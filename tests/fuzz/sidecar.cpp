@@ -16,7 +16,8 @@ namespace {
 // The file in memory that ends exactly where it ends, so that AddressSanitizer sees every step too far.
 class ExactCopy {
  public:
-  ExactCopy(const uint8_t* data, size_t size, size_t shift) : shift_(shift), size_(size), memory_(allocate_aligned(shift + size)) {
+  ExactCopy(const uint8_t* data, size_t size, size_t shift)
+      : shift_(shift), size_(size), memory_(allocate_aligned(shift + size)) {
     if (size > 0) std::memcpy(memory_.data.get() + shift, data, size);
   }
   Bytes bytes() const { return {memory_.data.get() + shift_, size_}; }
@@ -32,7 +33,8 @@ uint32_t look_around(const ObjectContents& object) {
   for (uint32_t i = 0; i < 64 * kFacePairs; ++i) {
     LineCell line{};
     const uint32_t mixed = i * 2654435761u;
-    line.pair = i % kFacePairs, line.s = mixed & 255, line.t = mixed >> 8 & 255, line.u = mixed >> 16 & 255, line.v = mixed >> 24;
+    line.pair = i % kFacePairs, line.s = mixed & 255, line.t = mixed >> 8 & 255, line.u = mixed >> 16 & 255,
+    line.v = mixed >> 24;
     sum += bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
     if (object.tree.margins) sum += covers(object.tree.margins, line, 0, 1);
   }

@@ -15,8 +15,9 @@ namespace {
 
 // Floats on which arithmetic stumbles. Others come from libFuzzer's own changes.
 constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNaN = std::numeric_limits<float>::quiet_NaN();
-constexpr float kHostile[] = {0.0f, -0.0f, 1.0f, -1.0f, 0.5f, 256.0f, 0x1p-149f, -0x1p-126f, 0x1p-100f, 0x1p-40f, 0x1p-20f,
-                              0x1p17f, 0x1p24f, 0x1p100f, -0x1p100f, 0x1.fffffep127f, kInfinity, -kInfinity, kNaN};
+constexpr float kHostile[] = {0.0f,       -0.0f,           1.0f,      -1.0f,      0.5f,    256.0f,  0x1p-149f,
+                              -0x1p-126f, 0x1p-100f,       0x1p-40f,  0x1p-20f,   0x1p17f, 0x1p24f, 0x1p100f,
+                              -0x1p100f,  0x1.fffffep127f, kInfinity, -kInfinity, kNaN};
 
 class Mutation {
  public:
@@ -70,7 +71,8 @@ class Mutation {
     const size_t words = (bytes.size() - bricks) / 4;
     for (size_t n = 1 + below(8); n > 0; --n) {
       if (words > 0 && below(2)) {
-        const auto index = static_cast<uint32_t>(below(std::max<uint64_t>({record.block256_count, record.block16_count, record.brick_count})));
+        const auto index = static_cast<uint32_t>(
+            below(std::max<uint64_t>({record.block256_count, record.block16_count, record.brick_count})));
         std::memcpy(bytes.data() + 4 * below(words), &index, 4);
       } else {
         bytes[bytes.size() - 1 - below(bricks)] = static_cast<uint8_t>(random_());

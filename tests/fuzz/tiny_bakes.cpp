@@ -39,7 +39,8 @@ SourceMesh tiny_mesh(FuzzedDataProvider& input) {
       }
       const auto byte = input.ConsumeIntegral<uint8_t>();
       x = static_cast<float>(byte % 8) * unit;
-      for (int ulps = kind == 2 ? byte / 8 % 4 : 0; ulps > 0; --ulps) x = std::nextafter(x, byte & 128 ? 9 * unit : -9 * unit);
+      for (int ulps = kind == 2 ? byte / 8 % 4 : 0; ulps > 0; --ulps)
+        x = std::nextafter(x, byte & 128 ? 9 * unit : -9 * unit);
     }
     mesh.positions.push_back(p);
   }
@@ -58,8 +59,10 @@ SourceMesh tiny_mesh(FuzzedDataProvider& input) {
     std::snprintf(line, sizeof line, format, values...);
     text += line;
   };
-  add("\n  method %d, depth %u, seed %llu", static_cast<int>(options.method), options.depth, static_cast<unsigned long long>(options.seed));
-  add("\n  segment {{%a, %a, %a}, %a, {%a, %a, %a}, %a}", s.origin[0], s.origin[1], s.origin[2], s.t_min, s.direction[0], s.direction[1], s.direction[2], s.t_max);
+  add("\n  method %d, depth %u, seed %llu", static_cast<int>(options.method), options.depth,
+      static_cast<unsigned long long>(options.seed));
+  add("\n  segment {{%a, %a, %a}, %a, {%a, %a, %a}, %a}", s.origin[0], s.origin[1], s.origin[2], s.t_min,
+      s.direction[0], s.direction[1], s.direction[2], s.t_max);
   for (const Position& p : mesh.positions) add("\n  v %a %a %a", p[0], p[1], p[2]);
   for (const TriangleIndices& t : mesh.triangles) add("\n  f %u %u %u", t[0] + 1, t[1] + 1, t[2] + 1);
   broken(text);
@@ -73,7 +76,8 @@ void judge(const PreparedMesh& mesh, const BakeOptions& options, const std::vect
     const Visibility proven = proofs->object(0).classify(s), answer = all->object(0).classify(s);
     require(proven == Visibility::unclassified || proven == answer, "what is proven is among all answers");
     if (options.method == Method::proven) require(proven == answer, "method proven has proofs alone");
-    if (proven != Visibility::unclassified && referee.occluded(s) != (proven == Visibility::blocked)) report(mesh, options, s, proven);
+    if (proven != Visibility::unclassified && referee.occluded(s) != (proven == Visibility::blocked))
+      report(mesh, options, s, proven);
   }
 }
 

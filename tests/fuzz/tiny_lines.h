@@ -23,7 +23,8 @@ class TinyLines {
   // From one point to another, and as far beyond both as it takes to pierce the box, or not.
   Segment through(const Point& from, const Point& to) {
     Segment s{};
-    const double before = below(4) == 0 ? 0 : std::exp2(static_cast<double>(below(8)) - 1), beyond = below(4) == 0 ? 0 : before + 1;
+    const double before = below(4) == 0 ? 0 : std::exp2(static_cast<double>(below(8)) - 1),
+                 beyond = below(4) == 0 ? 0 : before + 1;
     for (size_t a = 0; a < 3; ++a) {
       s.origin[a] = static_cast<float>(from[a] - before * (to[a] - from[a]));
       s.direction[a] = static_cast<float>(to[a] + beyond * (to[a] - from[a]) - double{s.origin[a]});
@@ -86,7 +87,8 @@ inline std::vector<Segment> tiny_lines(const PreparedMesh& mesh, uint32_t depth,
   }
   TinyLines tiny(mesh, depth, seed);
   for (uint64_t i = 0; i < 5 * kOfEachKind; ++i) {
-    const Point from = tiny.below(3) ? tiny.on_face() : tiny.on_mesh(), to = tiny.below(3) ? tiny.on_mesh() : tiny.on_face();
+    const Point from = tiny.below(3) ? tiny.on_face() : tiny.on_mesh(),
+                to = tiny.below(3) ? tiny.on_mesh() : tiny.on_face();
     lines.push_back(tiny.through(from, to));
   }
   return lines;

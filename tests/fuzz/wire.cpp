@@ -16,7 +16,8 @@ void read_back(const uint8_t* data, size_t size) {
   if (!result) return;
   copy.fill(nullptr, 0);
   require(write_result(copy.descriptor(), *result), "a result can be written");
-  require(copy.content() == std::string(reinterpret_cast<const char*>(data), size), "a result is written as it was read");
+  require(copy.content() == std::string(reinterpret_cast<const char*>(data), size),
+          "a result is written as it was read");
   if (result->ok() && !check_ingested(file.path(), **result)) {
     require_ingested(**result);
     planted_bug();

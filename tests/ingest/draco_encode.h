@@ -40,14 +40,12 @@ inline std::string encode_draco(const DracoInput& input) {
   draco::Mesh mesh;
   mesh.set_num_points(static_cast<uint32_t>(input.positions.size()));
   if (input.decoy) {
-    add_attribute(mesh, draco::DT_FLOAT32, input.position_id + 1,
-                  std::vector<Position>(input.positions.size()));
+    add_attribute(mesh, draco::DT_FLOAT32, input.position_id + 1, std::vector<Position>(input.positions.size()));
   }
   if (input.as_int16) {
     std::vector<std::array<int16_t, 3>> integers;
     for (const Position& p : input.positions) {
-      integers.push_back(
-          {static_cast<int16_t>(p[0]), static_cast<int16_t>(p[1]), static_cast<int16_t>(p[2])});
+      integers.push_back({static_cast<int16_t>(p[0]), static_cast<int16_t>(p[1]), static_cast<int16_t>(p[2])});
     }
     add_attribute(mesh, draco::DT_INT16, input.position_id, integers);
   } else {
@@ -69,8 +67,7 @@ inline std::string encode_draco(const DracoInput& input) {
 inline DracoInput draco_grid(uint32_t n) {
   DracoInput grid;
   for (uint32_t y = 0; y <= n; ++y) {
-    for (uint32_t x = 0; x <= n; ++x)
-      grid.positions.push_back({static_cast<float>(x), static_cast<float>(y), 0});
+    for (uint32_t x = 0; x <= n; ++x) grid.positions.push_back({static_cast<float>(x), static_cast<float>(y), 0});
   }
   for (uint32_t y = 0; y < n; ++y) {
     for (uint32_t x = 0; x < n; ++x) {

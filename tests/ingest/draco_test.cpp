@@ -55,8 +55,7 @@ TEST_F(DrcIngest, IntegerPositionsKeepTheirValues) {
   grid.as_int16 = true;
   const Result<Ingested> result = ingest(write("file.drc", encode_draco(grid)));
   ASSERT_TRUE(result.ok()) << result.error().message;
-  EXPECT_EQ(shape(result->meshes[0].positions, result->meshes[0].triangles),
-            shape(grid.positions, grid.triangles));
+  EXPECT_EQ(shape(result->meshes[0].positions, result->meshes[0].triangles), shape(grid.positions, grid.triangles));
 }
 
 TEST_F(DrcIngest, TheAttributeIsChosenByItsUniqueId) {
@@ -73,8 +72,7 @@ TEST_F(DrcIngest, TheAttributeIsChosenByItsUniqueId) {
 }
 
 TEST_F(DrcIngest, TheDensestStreamsPassTheCountCheck) {
-  DracoInput grid =
-      draco_grid(255);  // falls exactly onto the lattice of 8 bits, so every prediction is right
+  DracoInput grid = draco_grid(255);  // falls exactly onto the lattice of 8 bits, so every prediction is right
   grid.method = draco::MESH_EDGEBREAKER_ENCODING;
   grid.quantization_bits = 8;
   const std::string stream = encode_draco(grid);
@@ -121,8 +119,7 @@ TEST_F(DrcIngest, OtherStreamsAreRefused) {
   draco::EncoderBuffer buffer;
   ASSERT_TRUE(draco::Encoder().EncodePointCloudToBuffer(cloud, &buffer).ok());
   expect_refused(std::string(buffer.data(), buffer.size()), ErrorCode::invalid_file, "point cloud");
-  expect_refused(encode_draco({.positions = square, .triangles = {}}), ErrorCode::invalid_file,
-                 "cannot be decoded");
+  expect_refused(encode_draco({.positions = square, .triangles = {}}), ErrorCode::invalid_file, "cannot be decoded");
 }
 
 TEST_F(DrcIngest, NonFinitePositionsAreNamed) {

@@ -46,8 +46,7 @@ class GltfTest : public ::testing::Test {
  protected:
   void SetUp() override {
     const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    std::string name =
-        std::string(info->test_suite_name()) + "-" + info->name() + "-" + std::to_string(getpid());
+    std::string name = std::string(info->test_suite_name()) + "-" + info->name() + "-" + std::to_string(getpid());
     for (char& c : name) c = c == '/' ? '-' : c;
     folder_ = std::filesystem::path(::testing::TempDir()) / name;
     std::filesystem::create_directories(folder_);

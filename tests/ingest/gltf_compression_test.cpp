@@ -31,8 +31,7 @@ GltfBuilder draco_file(const DracoInput& input, int component = float_type) {
   const std::string stream = encode_draco(input);
   const size_t view = builder.add_view(Bytes(stream.begin(), stream.end()));
   const size_t positions = builder.add_accessor(std::nullopt, component, "VEC3", input.positions.size());
-  const size_t indices =
-      builder.add_accessor(std::nullopt, uint32_type, "SCALAR", 3 * input.triangles.size());
+  const size_t indices = builder.add_accessor(std::nullopt, uint32_type, "SCALAR", 3 * input.triangles.size());
   json primitive = GltfBuilder::primitive(positions, indices);
   primitive["extensions"]["KHR_draco_mesh_compression"] = {{"bufferView", view},
                                                            {"attributes", {{"POSITION", input.position_id}}}};
@@ -82,8 +81,7 @@ TEST_F(GltfCompression, DefectsOfDracoPrimitivesAreRefused) {
     return d["meshes"][0]["primitives"][0]["extensions"]["KHR_draco_mesh_compression"];
   };
   refused([](json& d) { d["accessors"][0]["count"] = 5; }, "holds 4 vertices, accessor 0 declares 5");
-  refused([](json& d) { d["accessors"][1]["count"] = 9; },
-          "holds 2 triangles, accessor 1 declares 9 indices");
+  refused([](json& d) { d["accessors"][1]["count"] = 9; }, "holds 2 triangles, accessor 1 declares 9 indices");
   refused([](json& d) { d["accessors"][0]["type"] = "VEC4"; }, "positions must be VEC3");
   refused([&](json& d) { extension(d)["attributes"]["POSITION"] = 44; }, "no such position attribute");
   refused([&](json& d) { extension(d).erase("attributes"); }, "has no attributes");
@@ -132,10 +130,8 @@ void compress_view(GltfBuilder& builder, size_t view, size_t count, size_t strid
                            {"byteStride", stride},
                            {"mode", mode},
                            {"filter", "NONE"}};
-  object = {{"buffer", 1},
-            {"byteOffset", 0},
-            {"byteLength", count * stride},
-            {"extensions", {{extension, compressed}}}};
+  object = {
+      {"buffer", 1}, {"byteOffset", 0}, {"byteLength", count * stride}, {"extensions", {{extension, compressed}}}};
 }
 
 GltfBuilder meshopt_file(const char* extension = "EXT_meshopt_compression") {
@@ -148,10 +144,8 @@ GltfBuilder meshopt_file(const char* extension = "EXT_meshopt_compression") {
   compress_view(builder, sequence, 6, 2, "INDICES", extension);
   builder.document["buffers"].push_back({{"byteLength", 1 << 20}});
   const size_t positions = builder.add_accessor(vertices, float_type, "VEC3", 4);
-  builder.add_mesh(
-      {GltfBuilder::primitive(positions, builder.add_accessor(triangles, uint32_type, "SCALAR", 6))});
-  builder.add_mesh(
-      {GltfBuilder::primitive(positions, builder.add_accessor(sequence, uint16_type, "SCALAR", 6))});
+  builder.add_mesh({GltfBuilder::primitive(positions, builder.add_accessor(triangles, uint32_type, "SCALAR", 6))});
+  builder.add_mesh({GltfBuilder::primitive(positions, builder.add_accessor(sequence, uint16_type, "SCALAR", 6))});
   builder.document["extensionsRequired"] = {extension};
   return builder;
 }
@@ -193,9 +187,8 @@ TEST_F(GltfCompression, TheOtherFiltersAreUndone) {
     size_t stride;
     void (*undo)(void*, size_t, size_t);
   };
-  for (const Case& c :
-       {Case{"OCTAHEDRAL", 4, meshopt_decodeFilterOct}, Case{"OCTAHEDRAL", 8, meshopt_decodeFilterOct},
-        Case{"QUATERNION", 8, meshopt_decodeFilterQuat}}) {
+  for (const Case& c : {Case{"OCTAHEDRAL", 4, meshopt_decodeFilterOct}, Case{"OCTAHEDRAL", 8, meshopt_decodeFilterOct},
+                        Case{"QUATERNION", 8, meshopt_decodeFilterQuat}}) {
     const size_t count = 2;
     const std::vector<float> unit = {0.6f, 0, 0.8f, 0, 0, 1, 0, 0};  // two vectors, or two quaternions
     Bytes filtered(count * c.stride);
@@ -205,8 +198,7 @@ TEST_F(GltfCompression, TheOtherFiltersAreUndone) {
       meshopt_encodeFilterQuat(filtered.data(), count, c.stride, 12, unit.data());
     }
     const Bytes compressed = encode_vertices(filtered, count, c.stride);
-    const json extension = {
-        {"count", count}, {"byteStride", c.stride}, {"mode", "ATTRIBUTES"}, {"filter", c.name}};
+    const json extension = {{"count", count}, {"byteStride", c.stride}, {"mode", "ATTRIBUTES"}, {"filter", c.name}};
     const Bytes decoded = decode_meshopt(GltfObject(extension, "view"), compressed);
     Bytes expected = filtered;
     c.undo(expected.data(), count, c.stride);
@@ -216,8 +208,7 @@ TEST_F(GltfCompression, TheOtherFiltersAreUndone) {
 }
 
 TEST_F(GltfCompression, DefectsOfMeshoptViewsAreRefused) {
-  const auto refused = [&](size_t view, const char* key, const json& value, ErrorCode code,
-                           const std::string& reason) {
+  const auto refused = [&](size_t view, const char* key, const json& value, ErrorCode code, const std::string& reason) {
     SCOPED_TRACE(reason);
     GltfBuilder builder = meshopt_file();
     compression_of(builder.document, view)[key] = value;

@@ -62,8 +62,7 @@ TEST_F(GltfData, OneAssetInThreeContainersIsOneMesh) {
 }
 
 TEST_F(GltfData, SkinnedAssetsAreLeftOutByDefault) {
-  const Result<Ingested> result =
-      ingest(folder_ / "gltf/Vulkan-Assets/CesiumMan/glTF-Binary/CesiumMan.glb");
+  const Result<Ingested> result = ingest(folder_ / "gltf/Vulkan-Assets/CesiumMan/glTF-Binary/CesiumMan.glb");
   ASSERT_FALSE(result.ok());
   EXPECT_NE(result.error().message.find("1 primitive left out as deforming"), std::string::npos);
 }

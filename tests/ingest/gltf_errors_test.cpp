@@ -30,9 +30,9 @@ TEST_F(GltfErrors, NonFinitePositionsAreNamed) {
     GltfBuilder builder = square_file();
     std::vector<Position> positions = square;
     positions[2][1] = bad;
-    builder.add_mesh({builder.document["meshes"][0]["primitives"][0],
-                      GltfBuilder::primitive(builder.add_positions(positions))},
-                     "B\nad");
+    builder.add_mesh(
+        {builder.document["meshes"][0]["primitives"][0], GltfBuilder::primitive(builder.add_positions(positions))},
+        "B\nad");
     expect_refused(builder.embedded(), ErrorCode::invalid_file,
                    "mesh 1 \"B ad\", primitive 1: the position of vertex 2 is not finite");
   }
@@ -40,8 +40,8 @@ TEST_F(GltfErrors, NonFinitePositionsAreNamed) {
 
 TEST_F(GltfErrors, IndicesOutOfRangeAreNamed) {
   GltfBuilder builder;
-  builder.add_mesh({GltfBuilder::primitive(builder.add_positions(square),
-                                           builder.add_indices<uint16_t>({0, 1, 2, 3, 1, 4}))});
+  builder.add_mesh(
+      {GltfBuilder::primitive(builder.add_positions(square), builder.add_indices<uint16_t>({0, 1, 2, 3, 1, 4}))});
   expect_refused(builder.embedded(), ErrorCode::invalid_file,
                  "mesh 0, primitive 0: index element 5 is 4, there are 4 vertices");
 }
@@ -50,8 +50,7 @@ TEST_F(GltfErrors, PrimitiveRestartIsRefused) {
   GltfBuilder builder;
   const size_t positions = builder.add_positions(std::vector<Position>(300));
   builder.add_mesh({GltfBuilder::primitive(positions, builder.add_indices<uint8_t>({0, 1, 255}), 5)});
-  expect_refused(builder.embedded(), ErrorCode::invalid_file,
-                 "index element 2 is 255, the primitive restart value");
+  expect_refused(builder.embedded(), ErrorCode::invalid_file, "index element 2 is 255, the primitive restart value");
 }
 
 struct Defect {
@@ -66,41 +65,29 @@ const ErrorCode invalid = ErrorCode::invalid_file;
 const std::vector<Defect> defects = {
     {"count", [](json& d) { d["accessors"][0]["count"] = 5; }, invalid,
      "5 elements exceed the buffer view of 48 bytes"},
-    {"huge count", [](json& d) { d["accessors"][0]["count"] = uint64_t{1} << 53; }, invalid,
-     "exceed the buffer view"},
+    {"huge count", [](json& d) { d["accessors"][0]["count"] = uint64_t{1} << 53; }, invalid, "exceed the buffer view"},
     {"overflowing count", [](json& d) { d["accessors"][0]["count"] = UINT64_MAX; }, invalid, "above 2^53"},
     {"count 0", [](json& d) { d["accessors"][1]["count"] = 0; }, invalid, "accessor 1: count is 0"},
     {"negative count", [](json& d) { d["accessors"][0]["count"] = -4; }, invalid,
      "count is not a non-negative integer"},
-    {"fraction", [](json& d) { d["accessors"][0]["count"] = 4.0; }, invalid,
-     "count is not a non-negative integer"},
+    {"fraction", [](json& d) { d["accessors"][0]["count"] = 4.0; }, invalid, "count is not a non-negative integer"},
     {"no count", [](json& d) { d["accessors"][0].erase("count"); }, invalid, "accessor 0: has no count"},
     {"accessor offset", [](json& d) { d["accessors"][0]["byteOffset"] = 4; }, invalid, "room for 3"},
-    {"far offset", [](json& d) { d["accessors"][0]["byteOffset"] = uint64_t{1} << 52; }, invalid,
-     "room for 0"},
+    {"far offset", [](json& d) { d["accessors"][0]["byteOffset"] = uint64_t{1} << 52; }, invalid, "room for 0"},
     {"odd offset", [](json& d) { d["accessors"][0]["byteOffset"] = 2; }, invalid, "not aligned"},
     {"offset as text", [](json& d) { d["accessors"][0]["byteOffset"] = "0"; }, invalid, "byteOffset is not"},
     {"VEC2", [](json& d) { d["accessors"][0]["type"] = "VEC2"; }, invalid, "positions must be VEC3"},
     {"no type", [](json& d) { d["accessors"][0].erase("type"); }, invalid, "positions must be VEC3"},
-    {"integers", [](json& d) { d["accessors"][0]["componentType"] = uint32_type; }, invalid,
-     "32-bit integers"},
-    {"no such type", [](json& d) { d["accessors"][0]["componentType"] = 5124; }, invalid,
-     "5124 does not exist"},
-    {"undeclared", [](json& d) { d["accessors"][0]["componentType"] = int8_type; }, invalid,
-     "KHR_mesh_quantization"},
-    {"normalized float", [](json& d) { d["accessors"][0]["normalized"] = true; }, invalid,
-     "cannot be normalized"},
-    {"float indices", [](json& d) { d["accessors"][1]["componentType"] = float_type; }, invalid,
-     "unsigned integers"},
-    {"signed indices", [](json& d) { d["accessors"][1]["componentType"] = int16_type; }, invalid,
-     "unsigned integers"},
+    {"integers", [](json& d) { d["accessors"][0]["componentType"] = uint32_type; }, invalid, "32-bit integers"},
+    {"no such type", [](json& d) { d["accessors"][0]["componentType"] = 5124; }, invalid, "5124 does not exist"},
+    {"undeclared", [](json& d) { d["accessors"][0]["componentType"] = int8_type; }, invalid, "KHR_mesh_quantization"},
+    {"normalized float", [](json& d) { d["accessors"][0]["normalized"] = true; }, invalid, "cannot be normalized"},
+    {"float indices", [](json& d) { d["accessors"][1]["componentType"] = float_type; }, invalid, "unsigned integers"},
+    {"signed indices", [](json& d) { d["accessors"][1]["componentType"] = int16_type; }, invalid, "unsigned integers"},
     {"VEC3 indices", [](json& d) { d["accessors"][1]["type"] = "VEC3"; }, invalid, "indices must be SCALAR"},
-    {"normalized indices", [](json& d) { d["accessors"][1]["normalized"] = true; }, invalid,
-     "cannot be normalized"},
-    {"strided indices", [](json& d) { d["bufferViews"][1]["byteStride"] = 4; }, invalid,
-     "must not have a byteStride"},
-    {"small stride", [](json& d) { d["bufferViews"][0]["byteStride"] = 8; }, invalid,
-     "less than one element"},
+    {"normalized indices", [](json& d) { d["accessors"][1]["normalized"] = true; }, invalid, "cannot be normalized"},
+    {"strided indices", [](json& d) { d["bufferViews"][1]["byteStride"] = 4; }, invalid, "must not have a byteStride"},
+    {"small stride", [](json& d) { d["bufferViews"][0]["byteStride"] = 8; }, invalid, "less than one element"},
     {"odd stride", [](json& d) { d["bufferViews"][0]["byteStride"] = 14; }, invalid, "not a multiple of 4"},
     {"long view", [](json& d) { d["bufferViews"][1]["byteLength"] = 13; }, invalid,
      "exceed the 60 bytes of the buffer"},
@@ -113,12 +100,9 @@ const std::vector<Defect> defects = {
      "accessor 2 does not exist"},
     {"far accessor", [](json& d) { d["meshes"][0]["primitives"][0]["indices"] = uint64_t{1} << 32; }, invalid,
      "does not exist"},
-    {"indices as text", [](json& d) { d["meshes"][0]["primitives"][0]["indices"] = "1"; }, invalid,
-     "indices is not"},
-    {"short buffer", [](json& d) { d["buffers"][0]["byteLength"] = 61; }, invalid,
-     "byteLength is 61, the data has 60"},
-    {"mode 7", [](json& d) { d["meshes"][0]["primitives"][0]["mode"] = 7; }, invalid,
-     "mode 7 does not exist"},
+    {"indices as text", [](json& d) { d["meshes"][0]["primitives"][0]["indices"] = "1"; }, invalid, "indices is not"},
+    {"short buffer", [](json& d) { d["buffers"][0]["byteLength"] = 61; }, invalid, "byteLength is 61, the data has 60"},
+    {"mode 7", [](json& d) { d["meshes"][0]["primitives"][0]["mode"] = 7; }, invalid, "mode 7 does not exist"},
     {"no attributes", [](json& d) { d["meshes"][0]["primitives"][0].erase("attributes"); }, invalid,
      "has no attributes"},
     {"no primitives", [](json& d) { d["meshes"][0]["primitives"] = json::array(); }, invalid,
@@ -134,8 +118,7 @@ const std::vector<Defect> defects = {
      invalid, "no buffer view"},
     {"no asset", [](json& d) { d.erase("asset"); }, invalid, "no asset.version"},
     {"no version", [](json& d) { d["asset"]["version"] = "two"; }, invalid, "\"two\" is not a version"},
-    {"glTF 1.0", [](json& d) { d["asset"]["version"] = "1.0"; }, ErrorCode::unsupported,
-     "glTF 1.0 is not supported"},
+    {"glTF 1.0", [](json& d) { d["asset"]["version"] = "1.0"; }, ErrorCode::unsupported, "glTF 1.0 is not supported"},
     {"early glTF 1.0",
      [](json& d) {
        d = {{"meshes", json::object()}};
@@ -169,17 +152,15 @@ TEST_F(GltfErrors, DefectsOfSparseAccessorsAreRefused) {
     size_t count;
     const char* reason;
   };
-  for (const Case& c :
-       {Case{{2, 1}, 2, "element 1 does not increase"}, Case{{1, 1}, 2, "element 1 does not increase"},
-        Case{{1, 4}, 2, "element 1 exceeds"}, Case{{1, 2}, 3, "exceed the buffer view"},
-        Case{{1, 2}, 5, "count must lie between"}, Case{{1, 2}, 0, "count must lie between"}}) {
+  for (const Case& c : {Case{{2, 1}, 2, "element 1 does not increase"}, Case{{1, 1}, 2, "element 1 does not increase"},
+                        Case{{1, 4}, 2, "element 1 exceeds"}, Case{{1, 2}, 3, "exceed the buffer view"},
+                        Case{{1, 2}, 5, "count must lie between"}, Case{{1, 2}, 0, "count must lie between"}}) {
     GltfBuilder builder = square_file();
     const size_t places = builder.add_view(c.places);
     const size_t values = builder.add_view(bytes_of(square));
-    builder.document["accessors"][0]["sparse"] = {
-        {"count", c.count},
-        {"indices", {{"bufferView", places}, {"componentType", uint8_type}}},
-        {"values", {{"bufferView", values}}}};
+    builder.document["accessors"][0]["sparse"] = {{"count", c.count},
+                                                  {"indices", {{"bufferView", places}, {"componentType", uint8_type}}},
+                                                  {"values", {{"bufferView", values}}}};
     expect_refused(builder.embedded(), invalid, c.reason);
   }
 }
@@ -190,14 +171,14 @@ TEST_F(GltfErrors, DefectsOfBufferUrisAreRefused) {
     ErrorCode code;
     const char* reason;
   };
-  for (const Case& c : {Case{"nowhere.bin", ErrorCode::io, "nowhere.bin: cannot be opened"},
-                        Case{"/dev/zero", ErrorCode::io, "not a regular file"},
-                        Case{".", ErrorCode::io, "not a regular file"}, Case{"a%00b", invalid, "a zero byte"},
-                        Case{"https://example.org/a.bin", ErrorCode::unsupported, "not relative"},
-                        Case{"data:application/octet-stream;base64", invalid, "without a comma"},
-                        Case{"data:;base64,AAA*", invalid, "not base64"},
-                        Case{"data:;base64,AAAAA", invalid, "impossible length"},
-                        Case{"data:;base64,AAAA", invalid, "the data has 3"}}) {
+  for (const Case& c :
+       {Case{"nowhere.bin", ErrorCode::io, "nowhere.bin: cannot be opened"},
+        Case{"/dev/zero", ErrorCode::io, "not a regular file"}, Case{".", ErrorCode::io, "not a regular file"},
+        Case{"a%00b", invalid, "a zero byte"},
+        Case{"https://example.org/a.bin", ErrorCode::unsupported, "not relative"},
+        Case{"data:application/octet-stream;base64", invalid, "without a comma"},
+        Case{"data:;base64,AAA*", invalid, "not base64"}, Case{"data:;base64,AAAAA", invalid, "impossible length"},
+        Case{"data:;base64,AAAA", invalid, "the data has 3"}}) {
     GltfBuilder builder = square_file();
     builder.document["buffers"][0]["uri"] = c.uri;
     expect_refused(builder.document.dump(), c.code, c.reason);
@@ -220,16 +201,14 @@ TEST_F(GltfErrors, BrokenGlbContainersAreRefused) {
   const std::string binary_chunk = GltfBuilder::chunk(0x004E4942, "1234");
   const std::string other_chunk = GltfBuilder::chunk(0x12345678, "1234");
   const auto container = [](uint32_t version, const std::string& chunks) {
-    return "glTF" + GltfBuilder::word(version) +
-           GltfBuilder::word(static_cast<uint32_t>(12 + chunks.size())) + chunks;
+    return "glTF" + GltfBuilder::word(version) + GltfBuilder::word(static_cast<uint32_t>(12 + chunks.size())) + chunks;
   };
   expect_refused(container(1, json_chunk), ErrorCode::unsupported, "glTF 1.0");
   expect_refused(container(3, json_chunk), ErrorCode::unsupported, "version 3");
   expect_refused(container(2, ""), invalid, "without a JSON chunk");
   expect_refused(container(2, binary_chunk + json_chunk), invalid, "JSON chunk must come first");
   expect_refused(container(2, json_chunk + json_chunk), invalid, "JSON chunk must come first, and once");
-  expect_refused(container(2, json_chunk + other_chunk + binary_chunk), invalid,
-                 "binary chunk must come second");
+  expect_refused(container(2, json_chunk + other_chunk + binary_chunk), invalid, "binary chunk must come second");
   expect_refused(container(2, json_chunk + other_chunk), invalid, "no triangle");
   expect_refused("solid stl", invalid, "neither GLB");
 }
@@ -240,8 +219,7 @@ TEST_F(GltfErrors, MalformedJsonIsRefused) {
   expect_refused("{\"asset\":{\"version\":\"2.0\",\"name\":\"\xFF\"}}", invalid, "malformed");
   // Nesting must not exhaust the stack.
   const size_t depth = 1'000'000;
-  expect_refused("{\"extras\":" + std::string(depth, '[') + std::string(depth, ']') + "}", invalid,
-                 "no asset.version");
+  expect_refused("{\"extras\":" + std::string(depth, '[') + std::string(depth, ']') + "}", invalid, "no asset.version");
 }
 
 TEST_F(GltfErrors, AFileWithoutTrianglesSaysWhy) {
@@ -252,10 +230,9 @@ TEST_F(GltfErrors, AFileWithoutTrianglesSaysWhy) {
   primitives[0]["material"] = builder.append("materials", {{"alphaMode", "BLEND"}});
   primitives[2]["targets"] = {{{"POSITION", 0}}};
   primitives.push_back({{"attributes", {{"NORMAL", 0}}}});
-  expect_refused(
-      builder.embedded(), invalid,
-      "no triangle to bake: 1 mesh, 1 primitive left out as not opaque, 1 primitive left out as deforming, "
-      "1 primitive passed over as points or lines, 1 primitive passed over without POSITION");
+  expect_refused(builder.embedded(), invalid,
+                 "no triangle to bake: 1 mesh, 1 primitive left out as not opaque, 1 primitive left out as deforming, "
+                 "1 primitive passed over as points or lines, 1 primitive passed over without POSITION");
 }
 
 TEST_F(GltfErrors, AMissingFileIsAnIoError) {

@@ -15,8 +15,7 @@ constexpr Transform identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 const double half = std::sqrt(0.5);
 
 // (x, y, z) -> (-3 y + 1, 2 x + 2, 4 z + 3): scaled, then turned a quarter about z, then moved.
-const json turned = {
-    {"mesh", 0}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, half, half}}, {"scale", {2, 3, 4}}};
+const json turned = {{"mesh", 0}, {"translation", {1, 2, 3}}, {"rotation", {0, 0, half, half}}, {"scale", {2, 3, 4}}};
 constexpr Transform turned_transform = {0, -3, 0, 1, 2, 0, 0, 2, 0, 0, 4, 3};
 
 class GltfNodes : public GltfTest {
@@ -38,8 +37,7 @@ class GltfNodes : public GltfTest {
     ASSERT_EQ(ingested.placements.size(), expected.size());
     for (size_t i = 0; i < expected.size(); ++i) {
       for (size_t k = 0; k < 12; ++k)
-        EXPECT_NEAR(ingested.placements[i].transform[k], expected[i][k], 1e-6)
-            << "placement " << i << ", " << k;
+        EXPECT_NEAR(ingested.placements[i].transform[k], expected[i][k], 1e-6) << "placement " << i << ", " << k;
     }
   }
   void expect_refused(const GltfBuilder& builder, const std::string& reason) {
@@ -72,9 +70,8 @@ TEST_F(GltfNodes, RotationsTurnCounterClockwiseAboutTheirAxis) {
 }
 
 TEST_F(GltfNodes, EachPartHasItsDefault) {
-  expect_transforms(
-      {{{"mesh", 0}}, {{"mesh", 0}, {"translation", {7, 8, 9}}}, {{"mesh", 0}, {"scale", {2, 3, 4}}}},
-      {identity, {1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9}, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0}});
+  expect_transforms({{{"mesh", 0}}, {{"mesh", 0}, {"translation", {7, 8, 9}}}, {{"mesh", 0}, {"scale", {2, 3, 4}}}},
+                    {identity, {1, 0, 0, 7, 0, 1, 0, 8, 0, 0, 1, 9}, {2, 0, 0, 0, 0, 3, 0, 0, 0, 0, 4, 0}});
 }
 
 TEST_F(GltfNodes, AMirroredScaleIsKept) {
@@ -103,8 +100,7 @@ TEST_F(GltfNodes, DeepNestingNeitherOverflowsNorAddsUpRounding) {
 TEST_F(GltfNodes, OneMeshStandsUnderManyNodesInTheirOrder) {
   GltfBuilder builder = square_file();
   builder.add_mesh({builder.document["meshes"][0]["primitives"][0]});
-  builder.document["nodes"] = {
-      {{"mesh", 1}, {"children", {3}}}, {{"mesh", 0}}, {{"children", {1}}}, {{"mesh", 1}}};
+  builder.document["nodes"] = {{{"mesh", 1}, {"children", {3}}}, {{"mesh", 0}}, {{"children", {1}}}, {{"mesh", 1}}};
   const Ingested ingested = read(builder);
   EXPECT_EQ(ingested.meshes.size(), 2u);
   EXPECT_EQ(ingested.placements, (std::vector<Placement>{{1}, {0}, {1}}));
@@ -149,8 +145,7 @@ TEST_F(GltfNodes, NothingPlacedIsNoted) {
 }
 
 TEST_F(GltfNodes, ATransformThatCannotBeUndoneIsLeftOut) {
-  expect_left_out({{"mesh", 0}, {"name", "x"}, {"scale", {1, 0, 1}}},
-                  "node 1 \"x\" left out: its scale is zero");
+  expect_left_out({{"mesh", 0}, {"name", "x"}, {"scale", {1, 0, 1}}}, "node 1 \"x\" left out: its scale is zero");
   expect_left_out({{"mesh", 0}, {"scale", {1e-20, 1e-20, 1}}}, "node 1 left out: its scale is zero");
   for (const json& scale : {json{1e200, 1, 1}, json{1e20, 1e20, 1e20}}) {
     expect_left_out({{"mesh", 0}, {"scale", scale}},
@@ -160,20 +155,18 @@ TEST_F(GltfNodes, ATransformThatCannotBeUndoneIsLeftOut) {
 
 TEST_F(GltfNodes, AZeroScaleBetweenRotationsIsZero) {
   const json askew = {0.1, 0.2, 0.3, 0.9};
-  const Ingested ingested = read(with_nodes(
-      {{{"rotation", askew}, {"scale", {1, 1, 0}}, {"children", {1}}}, {{"mesh", 0}, {"rotation", askew}}}));
+  const Ingested ingested = read(
+      with_nodes({{{"rotation", askew}, {"scale", {1, 1, 0}}, {"children", {1}}}, {{"mesh", 0}, {"rotation", askew}}}));
   EXPECT_TRUE(ingested.placements.empty());
   ASSERT_EQ(ingested.notes.size(), 2u);
   EXPECT_EQ(ingested.notes[0], "node 1 left out: its scale is zero");
   // Flat, but not zero.
-  EXPECT_EQ(read(with_nodes({{{"mesh", 0}, {"rotation", askew}, {"scale", {1, 1, 1e-5}}}})).placements.size(),
-            1u);
+  EXPECT_EQ(read(with_nodes({{{"mesh", 0}, {"rotation", askew}, {"scale", {1, 1, 1e-5}}}})).placements.size(), 1u);
 }
 
 TEST_F(GltfNodes, GpuInstancesAreLeftOut) {
-  expect_left_out(
-      {{"mesh", 0}, {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", json::object()}}}}}},
-      "node 1 left out: its instances (EXT_mesh_gpu_instancing) are not read");
+  expect_left_out({{"mesh", 0}, {"extensions", {{"EXT_mesh_gpu_instancing", {{"attributes", json::object()}}}}}},
+                  "node 1 left out: its instances (EXT_mesh_gpu_instancing) are not read");
 }
 
 struct Defect {
@@ -205,10 +198,8 @@ const std::vector<Defect> defects = {
      "node 1: is a root of scene 0 and a child of node 0"},
     {"no child", [](json& d) { d["nodes"][0]["children"] = {3}; },
      "node 0 \"root\": children: node 3 does not exist, the file has 3"},
-    {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; },
-     "node 4294967296 does not exist"},
-    {"negative child", [](json& d) { d["nodes"][0]["children"] = {-1}; },
-     "node 0 \"root\": children holds something"},
+    {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; }, "node 4294967296 does not exist"},
+    {"negative child", [](json& d) { d["nodes"][0]["children"] = {-1}; }, "node 0 \"root\": children holds something"},
     {"children as text", [](json& d) { d["nodes"][0]["children"] = "all"; }, "children is not an array"},
     {"no root", [](json& d) { d["scenes"][0]["nodes"] = {3}; }, "scene 0: nodes: node 3 does not exist"},
     {"root as text", [](json& d) { d["scenes"][0]["nodes"] = {"0"}; }, "scene 0: nodes holds something"},
@@ -248,8 +239,7 @@ const std::vector<Defect> defects = {
        d["nodes"][1]["rotation"] = {0, 0, 0, 0};
      },
      "node 1: rotation is not a unit quaternion"},
-    {"projective",
-     [](json& d) { d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 0, 0, 0, 1}; },
+    {"projective", [](json& d) { d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 0, 0, 0, 1}; },
      "node 1: the last row of its matrix is not 0, 0, 0, 1"},
     {"both",
      [](json& d) {

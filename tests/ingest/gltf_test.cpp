@@ -31,8 +31,7 @@ TEST_F(GltfIngest, OneMeshPerGltfMeshWhicheverNodesUseIt) {
   GltfBuilder builder = square_file();
   builder.add_mesh({builder.document["meshes"][0]["primitives"][0]}, "Gr\xC3\xBCn \xE7\xBB\xBF");
   builder.add_mesh({builder.document["meshes"][0]["primitives"][0]});
-  builder.document["nodes"] = {{{"mesh", 1}, {"scale", {-1, 1, 1}}},
-                               {{"mesh", 1}, {"translation", {5, 0, 0}}}};
+  builder.document["nodes"] = {{{"mesh", 1}, {"scale", {-1, 1, 1}}}, {{"mesh", 1}, {"translation", {5, 0, 0}}}};
   const Ingested ingested = read(builder.embedded());
   ASSERT_EQ(ingested.meshes.size(), 3u);
   EXPECT_EQ(ingested.meshes[0].name, "Square");
@@ -150,10 +149,8 @@ TEST_F(GltfIngest, SparseAccessorsReplaceViewsAndZeros) {
   builder.add_mesh({GltfBuilder::primitive(over_zeros, indices)});
   const Ingested ingested = read(builder.embedded());
   ASSERT_EQ(ingested.meshes.size(), 2u);
-  EXPECT_EQ(ingested.meshes[0].positions,
-            (std::vector<Position>{{0, 0, 0}, {7, 8, 9}, {0, 1, 0}, {4, 5, 6}}));
-  EXPECT_EQ(ingested.meshes[1].positions,
-            (std::vector<Position>{{0, 0, 0}, {7, 8, 9}, {0, 0, 0}, {4, 5, 6}}));
+  EXPECT_EQ(ingested.meshes[0].positions, (std::vector<Position>{{0, 0, 0}, {7, 8, 9}, {0, 1, 0}, {4, 5, 6}}));
+  EXPECT_EQ(ingested.meshes[1].positions, (std::vector<Position>{{0, 0, 0}, {7, 8, 9}, {0, 0, 0}, {4, 5, 6}}));
   EXPECT_EQ(ingested.meshes[0].triangles, (Triangles{{0, 3, 2}}));
 }
 
@@ -215,9 +212,8 @@ TEST_F(GltfIngest, PartsThatAreNotOpaqueAreLeftOut) {
   const json none = {{"KHR_materials_transmission", {{"transmissionFactor", 0}}},
                      {"KHR_materials_volume", json::object()}};
   const std::vector<std::pair<json, bool>> cases = {
-      {{{"alphaMode", "MASK"}}, false},        {{{"alphaMode", "BLEND"}}, false},
-      {{{"extensions", transmission}}, false}, {{{"extensions", textured}}, false},
-      {{{"extensions", none}}, true},          {{{"alphaMode", "OPAQUE"}}, true}};
+      {{{"alphaMode", "MASK"}}, false},    {{{"alphaMode", "BLEND"}}, false}, {{{"extensions", transmission}}, false},
+      {{{"extensions", textured}}, false}, {{{"extensions", none}}, true},    {{{"alphaMode", "OPAQUE"}}, true}};
   for (const auto& [material, opaque] : cases) {
     GltfBuilder builder = square_file();
     json part = builder.document["meshes"][0]["primitives"][0];
@@ -271,10 +267,9 @@ TEST_F(GltfIngest, CyclicAndBrokenNodesDoNoHarm) {
 
 TEST_F(GltfIngest, HarmlessRequiredExtensionsAreAccepted) {
   GltfBuilder builder = square_file();
-  builder.document["extensionsRequired"] = {
-      "KHR_materials_unlit", "KHR_texture_basisu",      "EXT_texture_webp",
-      "CESIUM_RTC",          "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
-      "EXT_mesh_features",   "EXT_structural_metadata", "KHR_texture_transform"};
+  builder.document["extensionsRequired"] = {"KHR_materials_unlit", "KHR_texture_basisu",      "EXT_texture_webp",
+                                            "CESIUM_RTC",          "EXT_mesh_gpu_instancing", "KHR_lights_punctual",
+                                            "EXT_mesh_features",   "EXT_structural_metadata", "KHR_texture_transform"};
   EXPECT_EQ(read_one(builder).triangles.size(), 2u);
 }
 

@@ -34,7 +34,8 @@ Ingested two_meshes() {
 }
 
 bool equal(const Ingested& a, const Ingested& b) {
-  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes || a.placements != b.placements || a.sources != b.sources)
+  if (a.meshes.size() != b.meshes.size() || a.notes != b.notes || a.placements != b.placements ||
+      a.sources != b.sources)
     return false;
   for (size_t i = 0; i < a.meshes.size(); ++i) {
     const SourceMesh& p = a.meshes[i];
@@ -55,8 +56,7 @@ void expect_fault(const IngestLimits& limits, const std::function<Result<Ingeste
   EXPECT_EQ(result.error().code, ErrorCode::runtime);
   EXPECT_TRUE(result.error().message.starts_with(kName.string() + ": ")) << result.error().message;
   for (const std::string& part : parts) {
-    EXPECT_NE(result.error().message.find(part), std::string::npos)
-        << part << " in " << result.error().message;
+    EXPECT_NE(result.error().message.find(part), std::string::npos) << part << " in " << result.error().message;
   }
 }
 
@@ -211,8 +211,7 @@ TEST(Isolate, ACorruptResultIsNotBelieved) {
   broken.meshes[1].triangles[0][2] = 3;
   Result<Ingested> result = run_isolated(kName, {}, [&] { return Result<Ingested>(broken); });
   ASSERT_FALSE(result.ok());
-  EXPECT_NE(result.error().message.find("mesh 9 \"\": triangle 0: index 3 is out of range"),
-            std::string::npos);
+  EXPECT_NE(result.error().message.find("mesh 9 \"\": triangle 0: index 3 is out of range"), std::string::npos);
   broken = two_meshes();
   broken.meshes[0].positions[1][1] = std::numeric_limits<float>::quiet_NaN();
   result = run_isolated(kName, {}, [&] { return Result<Ingested>(broken); });
@@ -258,8 +257,7 @@ TEST_F(IsolateFiles, WireRefusesEveryPrefixAndEverySurplus) {
   std::ifstream stream(path, std::ios::binary);
   const std::string whole((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   ASSERT_TRUE(read_wire(whole).has_value());
-  for (size_t size = 0; size < whole.size(); ++size)
-    EXPECT_FALSE(read_wire(whole.substr(0, size)).has_value());
+  for (size_t size = 0; size < whole.size(); ++size) EXPECT_FALSE(read_wire(whole.substr(0, size)).has_value());
   EXPECT_FALSE(read_wire(whole + "x").has_value());
   for (const size_t offset : {size_t{0}, whole.size() - 1}) {
     std::string changed = whole;

@@ -56,12 +56,10 @@ class MeshFiles : public ::testing::Test {
     EXPECT_EQ(result.error().code, code) << result.error().message;
     EXPECT_TRUE(result.error().message.starts_with(path.string() + ": ")) << result.error().message;
     for (const std::string& part : parts) {
-      EXPECT_NE(result.error().message.find(part), std::string::npos)
-          << part << " in " << result.error().message;
+      EXPECT_NE(result.error().message.find(part), std::string::npos) << part << " in " << result.error().message;
     }
   }
-  void expect_invalid(const std::string& name, const std::string& bytes,
-                      const std::vector<std::string>& parts) const {
+  void expect_invalid(const std::string& name, const std::string& bytes, const std::vector<std::string>& parts) const {
     expect_error(name, bytes, ErrorCode::invalid_file, parts);
   }
 
@@ -81,8 +79,7 @@ inline std::vector<std::array<Position, 3>> soup_of(const SourceMesh& mesh) {
 inline double area_from_above(const SourceMesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : soup_of(mesh)) {
-    sum +=
-        0.5 * ((double{b[0]} - a[0]) * (double{c[1]} - a[1]) - (double{b[1]} - a[1]) * (double{c[0]} - a[0]));
+    sum += 0.5 * ((double{b[0]} - a[0]) * (double{c[1]} - a[1]) - (double{b[1]} - a[1]) * (double{c[0]} - a[0]));
   }
   return sum;
 }
@@ -124,8 +121,7 @@ inline std::optional<std::filesystem::path> real_mesh(const std::string& name) {
 #ifdef VCD_SHARED_DATA_DIR
   if (folder == nullptr) folder = VCD_SHARED_DATA_DIR;
 #endif
-  if (folder == nullptr || !std::filesystem::exists(std::filesystem::path(folder) / name))
-    return std::nullopt;
+  if (folder == nullptr || !std::filesystem::exists(std::filesystem::path(folder) / name)) return std::nullopt;
   return std::filesystem::path(folder) / name;
 }
 

@@ -26,9 +26,7 @@ TEST_F(Obj, ReadsAllGroupsAsOneMeshNamedLikeTheFile) {
   EXPECT_TRUE(in.notes.empty());
 }
 
-TEST_F(Obj, ExtensionInAnyCase) {
-  EXPECT_EQ(read("a.OBJ", kSquare + "f 1 2 3\n").meshes[0].triangles.size(), 1u);
-}
+TEST_F(Obj, ExtensionInAnyCase) { EXPECT_EQ(read("a.OBJ", kSquare + "f 1 2 3\n").meshes[0].triangles.size(), 1u); }
 
 TEST_F(Obj, CornerFormsAndNegativeIndices) {
   const std::string uv = "vt 0 0\nvn 0 0 1\n";
@@ -64,8 +62,7 @@ TEST_F(Obj, ABackslashAfterANameOrRemarkSwallowsNoVertex) {
 }
 
 TEST_F(Obj, WeightAndColourArePassedOver) {
-  const Ingested in =
-      read("a.obj", "v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0 nan 0 0 # remark\nf 1 2 3 # remark\n");
+  const Ingested in = read("a.obj", "v 0 0 0 1\nv 1 0 0 0.5 0.5 0.5\nv 1 1 0 nan 0 0 # remark\nf 1 2 3 # remark\n");
   EXPECT_EQ(in.meshes[0].positions[2], (Position{1, 1, 0}));
 }
 
@@ -176,8 +173,7 @@ size_t corners_on_edges(const SourceMesh& mesh) {
 TEST_F(Obj, AHoleWithABridgeIsTiled) {
   const std::string outer = "v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\n";
   const std::string hole = "v 1 1 0\nv 1 3 0\nv 3 3 0\nv 3 1 0\n";
-  for (const std::string face :
-       {"f 1 2 3 4 1 5 6 7 8 5\n", "f 5 1 2 3 4 1 5 6 7 8\n", "f 8 5 1 2 3 4 1 5 6 7\n"}) {
+  for (const std::string face : {"f 1 2 3 4 1 5 6 7 8 5\n", "f 5 1 2 3 4 1 5 6 7 8\n", "f 8 5 1 2 3 4 1 5 6 7\n"}) {
     const Ingested in = read("a.obj", outer + hole + face);
     expect_tiled(in, 8, 12);
     EXPECT_EQ(corners_on_edges(in.meshes[0]), 0u) << face;

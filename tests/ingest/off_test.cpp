@@ -22,11 +22,9 @@ TEST_F(Off, ReadsVerticesAndFaces) {
 }
 
 TEST_F(Off, HeaderDialects) {
-  for (const std::string header :
-       {"OFF 4 2 0\n", "OFF4 2 0\n", "OFF\n4 2\n", "# a\n\nOFF # b\n# c\n\n 4 2 0 # d\n",
-        "\xEF\xBB\xBFOFF\n4 2 0\n", "\t  OFF\n4 2 0\n"}) {
-    EXPECT_EQ(read("a.off", header + kVertices + "# remark\n\n" + kFaces).meshes[0].triangles, kBoth)
-        << header;
+  for (const std::string header : {"OFF 4 2 0\n", "OFF4 2 0\n", "OFF\n4 2\n", "# a\n\nOFF # b\n# c\n\n 4 2 0 # d\n",
+                                   "\xEF\xBB\xBFOFF\n4 2 0\n", "\t  OFF\n4 2 0\n"}) {
+    EXPECT_EQ(read("a.off", header + kVertices + "# remark\n\n" + kFaces).meshes[0].triangles, kBoth) << header;
   }
   EXPECT_EQ(read("crlf.off", with_crlf("OFF\n4 2 0\n" + kVertices + kFaces)).meshes[0].triangles, kBoth);
   const std::string plain = "OFF\n4 2 0\n" + kVertices + kFaces;
@@ -49,9 +47,7 @@ TEST_F(Off, NormalsColoursAndTextureCoordinatesArePassedOver) {
 }
 
 TEST_F(Off, AnElementMayGoOnOverSeveralLines) {
-  EXPECT_EQ(read("a.off", "OFF\n4 2 0\n0\n0\n0\n1 0\n0\n0 1 0\n1 1 0.5\n3 0\n1\n2\n\n3 1 3 2\n")
-                .meshes[0]
-                .triangles,
+  EXPECT_EQ(read("a.off", "OFF\n4 2 0\n0\n0\n0\n1 0\n0\n0 1 0\n1 1 0.5\n3 0\n1\n2\n\n3 1 3 2\n").meshes[0].triangles,
             kBoth);
 }
 
@@ -72,12 +68,9 @@ TEST_F(Off, BrokenFiles) {
   expect_invalid("a.off", "OFF\n4 2 0\n" + kVertices + "3 0 1 2\n3 1 3 -1\n", {"line 8", "index -1"});
   expect_invalid("a.off", "OFF\n4 2 0\n" + kVertices + "3 0 1 2\n3 1 3", {"face 1", "the file ends"});
   expect_invalid("a.off", "OFF\n4 2 0\n" + kVertices + "3 0 1 2\n", {"face 1", "the file ends"});
-  expect_invalid("a.off", "OFF\n4 2 0\nnan 0 0\n1 0 0\n0 1 0\n1 1 0\n" + kFaces,
-                 {"line 3", "vertex 0", "not finite"});
-  expect_invalid("a.off", "OFF\n4 2 0\n0 0 x\n1 0 0\n0 1 0\n1 1 0\n" + kFaces,
-                 {"line 3", "\"x\" is not a number"});
-  expect_invalid("a.off", "OFF\n4 2 0\n" + kVertices + "3 0 1 2.5\n3 1 3 2\n",
-                 {"line 7", "\"2.5\" is not an index"});
+  expect_invalid("a.off", "OFF\n4 2 0\nnan 0 0\n1 0 0\n0 1 0\n1 1 0\n" + kFaces, {"line 3", "vertex 0", "not finite"});
+  expect_invalid("a.off", "OFF\n4 2 0\n0 0 x\n1 0 0\n0 1 0\n1 1 0\n" + kFaces, {"line 3", "\"x\" is not a number"});
+  expect_invalid("a.off", "OFF\n4 2 0\n" + kVertices + "3 0 1 2.5\n3 1 3 2\n", {"line 7", "\"2.5\" is not an index"});
   expect_invalid("a.off", "OFF\n4 1 0\n" + kVertices + "-3 0 1 2\n", {"line 7", "not a count of corners"});
   expect_invalid("a.off", "4 2 0\n" + kVertices + kFaces, {"keyword OFF is missing"});
   expect_invalid("a.off", "", {"keyword OFF is missing"});
@@ -87,8 +80,7 @@ TEST_F(Off, BrokenFiles) {
 }
 
 TEST_F(Off, CountsThatTheFileCannotHoldAreRefusedAtOnce) {
-  expect_invalid("a.off", "OFF\n353535235358 2 0\n" + kVertices + kFaces,
-                 {"line 2", "353535235358", "can hold"});
+  expect_invalid("a.off", "OFF\n353535235358 2 0\n" + kVertices + kFaces, {"line 2", "353535235358", "can hold"});
   expect_invalid("a.off", "OFF\n4 9000000000000000000 0\n" + kVertices + kFaces, {"can hold"});
   expect_invalid("a.off", "OFF\n-4 2 0\n" + kVertices + kFaces, {"\"-4\" is not a count"});
   expect_invalid("a.off", "OFF\n4 1 0\n" + kVertices + "9000000000000000000 0 1 2\n", {"the file ends"});

@@ -57,12 +57,12 @@ TEST_F(Ply, Text) {
 }
 
 template <class Coordinate, class Count, class Index>
-void expect_all_read(const std::function<Ingested(const std::string&)>& read_bytes,
-                     const std::string& coordinate, const std::string& count, const std::string& index) {
+void expect_all_read(const std::function<Ingested(const std::string&)>& read_bytes, const std::string& coordinate,
+                     const std::string& count, const std::string& index) {
   for (const bool big : {false, true}) {
     const std::string elements = "element vertex 4\nproperty " + coordinate + " x\nproperty " + coordinate +
-                                 " y\nproperty " + coordinate + " z\nelement face 2\nproperty list " + count +
-                                 " " + index + " vertex_index\n";
+                                 " y\nproperty " + coordinate + " z\nelement face 2\nproperty list " + count + " " +
+                                 index + " vertex_index\n";
     const Ingested in = read_bytes(header(big ? "binary_big_endian" : "binary_little_endian", elements) +
                                    vertex_bytes<Coordinate>(big) + face_bytes<Count, Index>(big));
     EXPECT_EQ(in.meshes[0].triangles, kBoth) << coordinate << count << index << big;
@@ -112,14 +112,12 @@ TEST_F(Ply, UnknownElementsAndPropertiesAreSkipped) {
     text += "200 5 1 3 " + std::to_string(y) + " " + std::to_string(x) + "\n";
   }
   for (const TriangleIndices& t : kBoth) {
-    little += bytes_of(uint8_t{1}) + bytes_of(0.5f) +
-              face_bytes<uint8_t, int32_t>(false, {{t[0], t[1], t[2]}}) + bytes_of(0.5);
-    text += "1 0.5 3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) +
-            " 0.5\n";
+    little += bytes_of(uint8_t{1}) + bytes_of(0.5f) + face_bytes<uint8_t, int32_t>(false, {{t[0], t[1], t[2]}}) +
+              bytes_of(0.5);
+    text += "1 0.5 3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + " 0.5\n";
   }
-  for (const Ingested& in :
-       {read("a.ply", header("binary_little_endian", elements) + little + bytes_of(int32_t{1})),
-        read("b.ply", header("ascii", elements) + text + "1\n")}) {
+  for (const Ingested& in : {read("a.ply", header("binary_little_endian", elements) + little + bytes_of(int32_t{1})),
+                             read("b.ply", header("ascii", elements) + text + "1\n")}) {
     EXPECT_EQ(in.meshes[0].triangles, kBoth);
     EXPECT_EQ(in.meshes[0].positions[1], (Position{1, 0, 5}));
     EXPECT_TRUE(in.notes.empty());
@@ -131,16 +129,14 @@ TEST_F(Ply, TristripsTurnEverySecondTriangleAndRestart) {
       "element vertex 4\n" + kXyz + "element tristrips 1\nproperty list int int vertex_indices\n";
   const Triangles expected = {{0, 1, 2}, {2, 1, 3}, {1, 0, 3}};
   const std::vector<int64_t> strip = {0, 1, 2, 3, -1, 1, 0, 3};
-  EXPECT_EQ(read("a.ply", header("ascii", elements) + kTextBody.substr(0, 24) + "8 0 1 2 3 -1 1 0 3\n")
-                .meshes[0]
-                .triangles,
-            expected);
+  EXPECT_EQ(
+      read("a.ply", header("ascii", elements) + kTextBody.substr(0, 24) + "8 0 1 2 3 -1 1 0 3\n").meshes[0].triangles,
+      expected);
   for (const bool big : {false, true}) {
     const std::string head = header(big ? "binary_big_endian" : "binary_little_endian", elements);
-    EXPECT_EQ(read("b.ply", head + vertex_bytes<float>(big) + face_bytes<int32_t, int32_t>(big, {strip}))
-                  .meshes[0]
-                  .triangles,
-              expected);
+    EXPECT_EQ(
+        read("b.ply", head + vertex_bytes<float>(big) + face_bytes<int32_t, int32_t>(big, {strip})).meshes[0].triangles,
+        expected);
   }
   expect_invalid("c.ply", header("ascii", elements) + kTextBody.substr(0, 24) + "4 0 1 2 4\n",
                  {"line 15", "tristrips 0", "index 4"});
@@ -168,25 +164,21 @@ TEST_F(Ply, BinaryDataMayBeginWithALineEnd) {
 }
 
 TEST_F(Ply, FacesBeforeVerticesAndPolygons) {
-  const std::string elements =
-      "element face 1\nproperty list uchar int vertex_indices\nelement vertex 4\n" + kXyz;
-  EXPECT_EQ(
-      read("a.ply", header("ascii", elements) + "4 0 1 3 2\n" + kTextBody.substr(0, 24)).meshes[0].triangles,
-      (Triangles{{0, 1, 3}, {0, 3, 2}}));
+  const std::string elements = "element face 1\nproperty list uchar int vertex_indices\nelement vertex 4\n" + kXyz;
+  EXPECT_EQ(read("a.ply", header("ascii", elements) + "4 0 1 3 2\n" + kTextBody.substr(0, 24)).meshes[0].triangles,
+            (Triangles{{0, 1, 3}, {0, 3, 2}}));
 }
 
 TEST_F(Ply, HarmlessDeviations) {
-  EXPECT_EQ(
-      read("a.ply", text_ply("  0  0\t0 \n\n1 0 0\n0 1 0\n1 1 0\n\n3 0 1 2\n3 1 3 2")).meshes[0].triangles,
-      kBoth);
-  const Ingested surplus =
-      read("b.ply", text_ply("0 0 0 9\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 255\n3 1 3 2\nmore\n"));
+  EXPECT_EQ(read("a.ply", text_ply("  0  0\t0 \n\n1 0 0\n0 1 0\n1 1 0\n\n3 0 1 2\n3 1 3 2")).meshes[0].triangles,
+            kBoth);
+  const Ingested surplus = read("b.ply", text_ply("0 0 0 9\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 255\n3 1 3 2\nmore\n"));
   EXPECT_EQ(surplus.meshes[0].triangles, kBoth);
   EXPECT_TRUE(any_note_has(surplus, "2 lines with more values"));
   EXPECT_TRUE(any_note_has(surplus, "from line 17"));
-  EXPECT_TRUE(any_note_has(
-      read("c.ply", little_ply(vertex_bytes<float>(false) + face_bytes<uint8_t, int32_t>(false) + "xy")),
-      "2 bytes after"));
+  EXPECT_TRUE(
+      any_note_has(read("c.ply", little_ply(vertex_bytes<float>(false) + face_bytes<uint8_t, int32_t>(false) + "xy")),
+                   "2 bytes after"));
 }
 
 TEST_F(Ply, BinaryFilesAreRefusedWhereverTheyEnd) {
@@ -204,27 +196,21 @@ TEST_F(Ply, IndicesOutOfRangeNameFaceAndByte) {
   const std::string place = "face 1 (byte " + std::to_string(body_offset + 48 + 13) + ")";
   for (const int64_t bad : {int64_t{4}, int64_t{-1}, int64_t{2147483647}}) {
     const std::string faces = face_bytes<uint8_t, int32_t>(false, {{0, 1, 2}, {1, 3, bad}});
-    expect_invalid("a.ply", little_ply(vertex_bytes<float>(false) + faces),
-                   {place, "index " + std::to_string(bad)});
+    expect_invalid("a.ply", little_ply(vertex_bytes<float>(false) + faces), {place, "index " + std::to_string(bad)});
   }
-  expect_invalid("b.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 4\n"),
-                 {"line 16", "face 1", "index 4"});
-  expect_invalid("b.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 -1\n"),
-                 {"line 16", "index -1"});
+  expect_invalid("b.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 4\n"), {"line 16", "face 1", "index 4"});
+  expect_invalid("b.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 -1\n"), {"line 16", "index -1"});
 }
 
 TEST_F(Ply, BadValuesInText) {
   expect_invalid("a.ply", text_ply("0 0 nan\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n"),
                  {"line 11", "vertex 0", "not finite"});
-  expect_invalid("a.ply", text_ply("0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n"),
-                 {"line 11", "vertex 0", "fewer"});
+  expect_invalid("a.ply", text_ply("0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n"), {"line 11", "vertex 0", "fewer"});
   expect_invalid("a.ply", text_ply("0 0 1x\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n"), {"line 11", "\"1x\""});
   expect_invalid("a.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1\n3 1 3 2\n"),
                  {"line 15", "face 0", "ends too early"});
-  expect_invalid("a.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2.5\n3 1 3 2\n"),
-                 {"line 15", "\"2.5\""});
-  expect_invalid("a.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n-3 0 1 2\n3 1 3 2\n"),
-                 {"line 15", "-3 items"});
+  expect_invalid("a.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2.5\n3 1 3 2\n"), {"line 15", "\"2.5\""});
+  expect_invalid("a.ply", text_ply("0 0 0\n1 0 0\n0 1 0\n1 1 0\n-3 0 1 2\n3 1 3 2\n"), {"line 15", "-3 items"});
 }
 
 TEST_F(Ply, NonFiniteBinaryPositionsAreErrorsEvenIfUnused) {
@@ -239,22 +225,18 @@ TEST_F(Ply, CountsThatTheFileCannotHoldAreRefusedAtOnce) {
   const std::string body = vertex_bytes<float>(false) + face_bytes<uint8_t, int32_t>(false);
   for (const std::string count : {"2000000000", "9223372036854775807", "7"}) {
     const std::string elements = "element vertex " + count + "\n" + kXyz + kFaceElement;
-    expect_invalid("a.ply", header("binary_little_endian", elements) + body,
-                   {"\"vertex\"", count, "can hold"});
+    expect_invalid("a.ply", header("binary_little_endian", elements) + body, {"\"vertex\"", count, "can hold"});
   }
   expect_invalid("b.ply", header("ascii", "element vertex 9000000000\n" + kXyz + kFaceElement) + kTextBody,
                  {"can hold"});
-  const std::string list =
-      "element vertex 4\n" + kXyz + "element face 1\nproperty list uint int vertex_indices\n";
-  expect_invalid(
-      "c.ply",
-      header("binary_little_endian", list) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
-      {"face 0", "the file ends within it"});
+  const std::string list = "element vertex 4\n" + kXyz + "element face 1\nproperty list uint int vertex_indices\n";
+  expect_invalid("c.ply",
+                 header("binary_little_endian", list) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
+                 {"face 0", "the file ends within it"});
   const std::string skipped = "element vertex 4\n" + kXyz + "element x 1\nproperty list uint double y\n";
-  expect_invalid(
-      "d.ply",
-      header("binary_little_endian", skipped) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
-      {"x 0", "the file ends within it"});
+  expect_invalid("d.ply",
+                 header("binary_little_endian", skipped) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
+                 {"x 0", "the file ends within it"});
 }
 
 TEST_F(Ply, BrokenHeaders) {
@@ -270,8 +252,7 @@ TEST_F(Ply, BrokenHeaders) {
       {header("ascii", "property float x\n"), "line 4: a property before any element"},
       {header("ascii", vertex + vertex), "\"vertex\" is there already"},
       {header("ascii", "element vertex 4\nproperty float16 x\n"), "line 5: \"float16\" is not a type"},
-      {header("ascii", vertex + "element face 2\nproperty list float int vertex_indices\n"),
-       "cannot be counted"},
+      {header("ascii", vertex + "element face 2\nproperty list float int vertex_indices\n"), "cannot be counted"},
       {header("ascii", vertex + "element face 2\nproperty list uchar float vertex_indices\n") + kTextBody,
        "not integers"},
       {header("ascii", vertex + "element face 2\nproperty int vertex_indices\n") + kTextBody, "wrong kind"},

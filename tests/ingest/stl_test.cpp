@@ -60,8 +60,7 @@ TEST_F(Stl, BinaryAndTextGiveTheSameFloatsUnwelded) {
 
 TEST_F(Stl, BinaryWhoseHeaderBeginsWithSolid) {
   EXPECT_EQ(soup_of(read("a.stl", binary(kFacets, "solid part")).meshes[0]), kFacets);
-  expect_invalid("b.stl", binary(kFacets, std::string("solid part\0", 11)).substr(0, 200),
-                 {"announces 3 facets"});
+  expect_invalid("b.stl", binary(kFacets, std::string("solid part\0", 11)).substr(0, 200), {"announces 3 facets"});
 }
 
 TEST_F(Stl, TextDialects) {

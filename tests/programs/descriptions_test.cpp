@@ -20,7 +20,9 @@ struct Descriptions : Test {
 
   Descriptions() {
     app.add_option("-o,--out-file", text, ".begins with a dot, [brackets], a:colon and it's quoted")->type_name("PATH");
-    app.add_option("--storage", name, "'begins with a quote")->check(CLI::IsMember({"raw", "ship"}).description(""))->type_name("raw|ship");
+    app.add_option("--storage", name, "'begins with a quote")
+        ->check(CLI::IsMember({"raw", "ship"}).description(""))
+        ->type_name("raw|ship");
     app.add_option("--views", list, "Several")->delimiter(',')->type_name("near|far");
     app.add_option("--share", number, "A share")->check(CLI::Range(0.5, 2.0));
     app.add_option("--hidden", text, "Not for users")->group("");
@@ -52,7 +54,8 @@ TEST_F(Descriptions, ManPageShowsTextsAsTheyAre) {
   const std::string page = man_page(option_table(app));
   EXPECT_NE(page.find(".SH NAME\nvc\\-odd \\- eats \\(rs and \\(aqquotes\\(aq\n"), std::string::npos) << page;
   EXPECT_NE(page.find("Eats \\(rs and \\(aqquotes\\(aq: .dots .TH as well\n"), std::string::npos) << page;
-  EXPECT_NE(page.find("\\fB\\-o\\fR, \\fB\\-\\-out\\-file\\fR \\fIPATH\\fR\n\\&.begins with"), std::string::npos) << page;
+  EXPECT_NE(page.find("\\fB\\-o\\fR, \\fB\\-\\-out\\-file\\fR \\fIPATH\\fR\n\\&.begins with"), std::string::npos)
+      << page;
   EXPECT_NE(page.find("\\fBraw\\fR|\\fBship\\fR\n\\(aqbegins"), std::string::npos) << page;
   EXPECT_NE(page.find("\\fBnear\\fR|\\fBfar\\fR[,...]\n"), std::string::npos) << page;
   EXPECT_NE(page.find("A share\n.br\nAccepted: 0.5 to 2.\n"), std::string::npos) << page;
@@ -63,11 +66,15 @@ TEST_F(Descriptions, ManPageShowsTextsAsTheyAre) {
 TEST_F(Descriptions, CompletionsQuoteTexts) {
   const CommandEntry table = option_table(app);
   const std::string zsh = zsh_completion(table);
-  EXPECT_NE(zsh.find("'(-o --out-file)--out-file=[.begins with a dot, \\[brackets\\], a\\:colon and it'\\''s quoted]:PATH:_files'"), std::string::npos) << zsh;
+  EXPECT_NE(zsh.find("'(-o --out-file)--out-file=[.begins with a dot, \\[brackets\\], a\\:colon and it'\\''s "
+                     "quoted]:PATH:_files'"),
+            std::string::npos)
+      << zsh;
   EXPECT_NE(zsh.find(":near|far:_values -s , value near far'"), std::string::npos) << zsh;
   const std::string fish = fish_completion(table);
   EXPECT_NE(fish.find("-s o -l out-file -r -F -d '.begins with a dot, [brackets], a:colon and it\\'s quoted'\n"),
-            std::string::npos) << fish;
+            std::string::npos)
+      << fish;
   const std::string bash = bash_completion(table);
   EXPECT_NE(bash.find("'sleep|--storage|raw ship'\n"), std::string::npos) << bash;
   EXPECT_NE(bash.find("'|--views|, near far'\n"), std::string::npos) << bash;

@@ -39,9 +39,9 @@ TEST(Picture, PngHoldsSrgb) {
   const auto bytes = read_png(folder / "a.png", width, height);
   EXPECT_EQ(width, 17u);
   EXPECT_EQ(height, 5u);
-  EXPECT_EQ(bytes[0], 0);       // black red
-  EXPECT_EQ(bytes[1], 255);     // full green
-  EXPECT_EQ(bytes[2], 137);     // a quarter of the light is 137 of 255 in sRGB (IEC 61966-2-1)
+  EXPECT_EQ(bytes[0], 0);            // black red
+  EXPECT_EQ(bytes[1], 255);          // full green
+  EXPECT_EQ(bytes[2], 137);          // a quarter of the light is 137 of 255 in sRGB (IEC 61966-2-1)
   EXPECT_EQ(bytes[3 * 3 + 2], 255);  // clamped
 }
 
@@ -60,7 +60,8 @@ TEST(Picture, ExrHoldsTheExactFloats) {
 
 TEST(Picture, AFolderThatIsNotThereIsAnErrorThatNamesTheFile) {
   const TemporaryFolder folder;
-  for (const auto& error : {write_png(folder / "none/a.png", gradient()), write_exr(folder / "none/a.exr", gradient())}) {
+  for (const auto& error :
+       {write_png(folder / "none/a.png", gradient()), write_exr(folder / "none/a.exr", gradient())}) {
     ASSERT_TRUE(error.has_value());
     EXPECT_EQ(error->code, ErrorCode::io);
     EXPECT_NE(error->message.find("none/a."), std::string::npos);
@@ -84,7 +85,10 @@ TEST(FalseColour, BrightnessGrowsWithTheCountAndTheScaleStandsBelow) {
   const Image image = false_colour(counts, 200, 10, 100, "tests");
   EXPECT_EQ(image.width, 200u);
   EXPECT_GT(image.height, 10u);
-  const auto light = [&](size_t x) { const Vec3 c = image.pixels[x]; return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z; };
+  const auto light = [&](size_t x) {
+    const Vec3 c = image.pixels[x];
+    return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
+  };
   for (size_t x = 0; x < 99; ++x) EXPECT_LE(light(x), light(x + 1) + 1e-3f);
   EXPECT_EQ(light(120), light(199));  // beyond the scale
   uint64_t white = 0;

@@ -14,7 +14,8 @@ namespace vcd::test {
 namespace {
 
 bool same_bits(const Image& a, const Image& b) {
-  return a.pixels.size() == b.pixels.size() && std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
+  return a.pixels.size() == b.pixels.size() &&
+         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
 }
 
 MakeCaster bvh(const World& world, EmbreeQuery packets = {1}) {
@@ -75,7 +76,8 @@ TEST(Renderer, AnObjectOnItsSideLooksTheSame) {
   SourceMesh turned = leaves(300);
   for (Position& p : turned.positions) p = {p[0], -p[2], p[1]};  // z up: around() turns it back
   const World lying = must_build(scenes::around(scene_mesh(turned), 'z'));
-  const Image a = must_render(upright, small_picture(), bvh(upright)).image, b = must_render(lying, small_picture(), bvh(lying)).image;
+  const Image a = must_render(upright, small_picture(), bvh(upright)).image,
+              b = must_render(lying, small_picture(), bvh(lying)).image;
   EXPECT_LT(compare(a, b).rmse, 0.02);
 }
 
@@ -106,7 +108,9 @@ TEST(Renderer, UnclassifiedCellsGiveTheBvhsPictureToTheLastBit) {
     const WorldSidecars sidecars = must_bake(world, options, folder);
     for (const EmbreeQuery& packets : world.ways_to_trace()) {
       const Image expected = must_render(world, small_picture(), bvh(world, packets)).image;
-      EXPECT_TRUE(same_bits(expected, must_render(world, small_picture(), with_sidecars(world, sidecars, packets)).image)) << name_of(packets);
+      EXPECT_TRUE(
+          same_bits(expected, must_render(world, small_picture(), with_sidecars(world, sidecars, packets)).image))
+          << name_of(packets);
     }
   }
 }

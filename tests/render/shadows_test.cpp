@@ -49,7 +49,9 @@ bool meets(const Segment& s, const Box& box) {
 
 TEST(Beam, MayMeetEveryBoxThatASegmentOfTheBundleMeetsAndFewOthers) {
   std::mt19937 random(5);
-  const auto uniform = [&](float low, float high) { return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f; };
+  const auto uniform = [&](float low, float high) {
+    return low + (high - low) * static_cast<float>(random() >> 8) * 0x1p-24f;
+  };
   std::vector<Box> boxes;
   for (int i = 0; i < 300; ++i) {
     const Vec3 low{uniform(-20, 20), uniform(0, 2), uniform(-20, 20)};
@@ -58,7 +60,8 @@ TEST(Beam, MayMeetEveryBoxThatASegmentOfTheBundleMeetsAndFewOthers) {
   uint64_t may = 0, met = 0;
   for (int bundle = 0; bundle < 300; ++bundle) {
     std::vector<Segment> segments;
-    const float origin[3] = {uniform(-20, 20), uniform(0, 1), uniform(-20, 20)}, target[3] = {uniform(-20, 20), uniform(0, 20), uniform(-20, 20)};
+    const float origin[3] = {uniform(-20, 20), uniform(0, 1), uniform(-20, 20)},
+                target[3] = {uniform(-20, 20), uniform(0, 20), uniform(-20, 20)};
     for (int k = 0; k < 16; ++k) {
       Segment s{{origin[0], origin[1], origin[2]}, 0, {}, 1};
       for (int a = 0; a < 3; ++a) s.direction[a] = bundle % 7 == a ? 0 : target[a] + uniform(-1, 1) - origin[a];
@@ -78,7 +81,8 @@ TEST(Beam, MayMeetEveryBoxThatASegmentOfTheBundleMeetsAndFewOthers) {
 
 class Counting : public testing::TestWithParam<bool> {
  protected:
-  Counting() : world_(GetParam() ? one_object() : several_instances()), sidecars_(must_bake(world_, quick(4, 81), folder_)) {
+  Counting()
+      : world_(GetParam() ? one_object() : several_instances()), sidecars_(must_bake(world_, quick(4, 81), folder_)) {
     counter_.emplace(std::move(*TestCounter::build(world_)));
   }
   TemporaryFolder folder_;
@@ -139,9 +143,12 @@ TEST_P(Counting, TheCountedPictureIsTheVariantsOwnAndWrongAnswersShowInIt) {
   const RenderSettings settings = small_picture();
   Census census(world_, sidecars_.objects, *counter_, {1}, size_t{settings.width} * settings.height);
   const Image counted = must_render(world_, settings, [&] { return census.caster(); }).image;
-  const Image plain = must_render(world_, settings, [&] { return std::make_unique<SidecarShadows>(world_, sidecars_.objects, EmbreeQuery{1}); }).image;
+  const Image plain = must_render(world_, settings, [&] {
+                        return std::make_unique<SidecarShadows>(world_, sidecars_.objects, EmbreeQuery{1});
+                      }).image;
   EXPECT_EQ(compare(counted, plain).pixels, 0u);
-  const Image traced = must_render(world_, settings, [&] { return std::make_unique<BvhShadows>(world_, EmbreeQuery{1}); }).image;
+  const Image traced =
+      must_render(world_, settings, [&] { return std::make_unique<BvhShadows>(world_, EmbreeQuery{1}); }).image;
   EXPECT_EQ(compare(counted, traced).pixels > 0, census.take().total().wrong > 0);
 }
 

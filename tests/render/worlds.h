@@ -35,15 +35,17 @@ inline World several_instances() {
   for (uint32_t i = 0; i < 9; ++i) {
     const float c = std::cos(0.7f * static_cast<float>(i)), s = std::sin(0.7f * static_cast<float>(i));
     const float scale = 0.4f + 0.1f * static_cast<float>(i % 3);
-    scene.instances.push_back({i % 2, {c * scale, 0, s * scale, 2.0f * static_cast<float>(i % 3), 0, scale, 0, 1, -s * scale, 0,
-                                       c * scale, 2.0f * static_cast<float>(i / 3) - 2}});
+    scene.instances.push_back({i % 2,
+                               {c * scale, 0, s * scale, 2.0f * static_cast<float>(i % 3), 0, scale, 0, 1, -s * scale,
+                                0, c * scale, 2.0f * static_cast<float>(i / 3) - 2}});
   }
   return must_build(std::move(scene));
 }
 
 inline RenderSettings small_picture(unsigned threads = 1) {
   RenderSettings settings;
-  settings.width = 24, settings.height = 16, settings.pixel_samples = 4, settings.light_samples = 32, settings.threads = threads;
+  settings.width = 24, settings.height = 16, settings.pixel_samples = 4, settings.light_samples = 32,
+  settings.threads = threads;
   return settings;
 }
 

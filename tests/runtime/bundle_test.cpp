@@ -1,4 +1,5 @@
-// Bundles against single calls and, where a bake is proven, against exact arithmetic; ranges of cells against each cell.
+// Bundles against single calls and, where a bake is proven, against exact arithmetic; ranges of cells against each
+// cell.
 #include <vcd/runtime/bundle.h>
 
 #include <cmath>
@@ -21,8 +22,8 @@ namespace vcd::test {
 namespace {
 
 struct Light {
-  std::vector<float> u, v;        // of a quadrilateral
-  std::vector<float> x, y, z;     // of a sphere
+  std::vector<float> u, v;     // of a quadrilateral
+  std::vector<float> x, y, z;  // of a sphere
   QuadBundle quad;
   SphereBundle sphere;
 };
@@ -32,14 +33,16 @@ Light any_light(const ObjectRecord& record, FloatRandom& random) {
   Light light;
   const auto size = [&](int a) { return record.box_max[a] - record.box_min[a]; };
   const auto middle = [&](int a) { return 0.5f * (record.box_min[a] + record.box_max[a]); };
-  const float far = random.below(8) == 0 ? 20.0f : 1.0f, light_size = std::exp2(random.between(-9, 1)), spread = random.between(0.2f, 3);
+  const float far = random.below(8) == 0 ? 20.0f : 1.0f, light_size = std::exp2(random.between(-9, 1)),
+              spread = random.between(0.2f, 3);
   float target[3], axis[3];
   for (int a = 0; a < 3; ++a) {
     light.quad.origin[a] = middle(a) + far * random.between(-2, 2) * size(a);
     target[a] = random.below(3) == 0 ? middle(a) + random.between(-spread, spread) * size(a)
                                      : middle(a) + random.between(-0.4f, 0.4f) * size(a);
     if (random.below(3)) target[a] += 2 * (middle(a) - light.quad.origin[a]) * (a == 0 ? 1.0f : 0.9f);
-    light.quad.edge_u[a] = light_size * random.between(-1, 1) * size(a), light.quad.edge_v[a] = light_size * random.between(-1, 1) * size(a);
+    light.quad.edge_u[a] = light_size * random.between(-1, 1) * size(a),
+    light.quad.edge_v[a] = light_size * random.between(-1, 1) * size(a);
     light.quad.corner[a] = target[a] - 0.5f * (light.quad.edge_u[a] + light.quad.edge_v[a]);
     axis[a] = target[a];
   }
@@ -137,11 +140,12 @@ TEST(Bundle, KeepsWhatIsProven) {
     const auto prepared = prepare(SourceMesh(mesh));
     const Referee referee(*prepared);
     uint64_t judged = 0;
-    compare_many(must_bake(mesh, proven(kSanitized ? 3 : 5)), kSanitized ? 20 : 300, [&](const Segment& s, Visibility answer) {
-      if (answer == Visibility::unclassified) return;
-      ++judged;
-      ASSERT_EQ(referee.occluded(s), answer == Visibility::blocked);
-    });
+    compare_many(must_bake(mesh, proven(kSanitized ? 3 : 5)), kSanitized ? 20 : 300,
+                 [&](const Segment& s, Visibility answer) {
+                   if (answer == Visibility::unclassified) return;
+                   ++judged;
+                   ASSERT_EQ(referee.occluded(s), answer == Visibility::blocked);
+                 });
     EXPECT_GT(judged, 1000u);
   }
 }
@@ -149,7 +153,13 @@ TEST(Bundle, KeepsWhatIsProven) {
 TEST(Bundle, TakesAnyFloats) {
   const BakedObject baked = must_bake(sphere(), quick(4));
   const auto bytes = sidecar_bytes({&baked});
-  constexpr float kOdd[] = {0.0f, -0.0f, 1e-45f, 1e30f, -3e38f, std::numeric_limits<float>::infinity(), std::numeric_limits<float>::quiet_NaN()};
+  constexpr float kOdd[] = {0.0f,
+                            -0.0f,
+                            1e-45f,
+                            1e30f,
+                            -3e38f,
+                            std::numeric_limits<float>::infinity(),
+                            std::numeric_limits<float>::quiet_NaN()};
   for (const std::string& kernel : kernels()) {
     OpenOptions options;
     options.kernel = kernel;
@@ -161,10 +171,12 @@ TEST(Bundle, TakesAnyFloats) {
       const auto harm = [&](float& x) {
         if (random.below(6) == 0) x = kOdd[random.below(std::size(kOdd))];
       };
-      for (float* three : {light.quad.origin, light.quad.corner, light.quad.edge_u, light.quad.edge_v, light.sphere.origin, light.sphere.centre})
+      for (float* three : {light.quad.origin, light.quad.corner, light.quad.edge_u, light.quad.edge_v,
+                           light.sphere.origin, light.sphere.centre})
         for (int a = 0; a < 3; ++a) harm(three[a]);
       harm(light.sphere.radius);
-      for (auto* column : {&light.u, &light.v, &light.x, &light.y, &light.z}) harm((*column)[random.below(static_cast<uint32_t>(column->size()))]);
+      for (auto* column : {&light.u, &light.v, &light.x, &light.y, &light.z})
+        harm((*column)[random.below(static_cast<uint32_t>(column->size()))]);
       compare(sidecar->object(0), light.quad, tally, [](const Segment&, Visibility) {});
     }
     EXPECT_EQ(tally.opposite + tally.fewer, 0u) << kernel;
@@ -213,11 +225,21 @@ TEST(Bundle, InC) {
   for (int k = 0; k < 100; ++k) {
     const Light light = any_light(baked.record, random);
     const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
-    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]}, {corner[0], corner[1], corner[2]}, {edge_u[0], edge_u[1], edge_u[2]},
-                                  {edge_v[0], edge_v[1], edge_v[2]}, u.data(), v.data(), u.size()};
+    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]},
+                                  {corner[0], corner[1], corner[2]},
+                                  {edge_u[0], edge_u[1], edge_u[2]},
+                                  {edge_v[0], edge_v[1], edge_v[2]},
+                                  u.data(),
+                                  v.data(),
+                                  u.size()};
     const auto& centre = light.sphere.centre;
-    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]}, {centre[0], centre[1], centre[2]}, light.sphere.radius,
-                                    light.x.data(), light.y.data(), light.z.data(), light.x.size()};
+    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]},
+                                    {centre[0], centre[1], centre[2]},
+                                    light.sphere.radius,
+                                    light.x.data(),
+                                    light.y.data(),
+                                    light.z.data(),
+                                    light.x.size()};
     uint64_t blocked[2][16] = {}, open[2][16] = {};
     sidecar->object(0).classify(light.quad, blocked[0], open[0]);
     vcd_classify_quad(vcd_object_at(in_c, 0), &quad, blocked[1], open[1]);

@@ -34,7 +34,8 @@ Rays packet(const std::vector<Segment>& segments, size_t first) {
   for (size_t k = 0; k < kWidthOf<Rays>; ++k) {
     const Segment& s = segments[first + k];
     rays.org_x[k] = s.origin[0], rays.org_y[k] = s.origin[1], rays.org_z[k] = s.origin[2], rays.tnear[k] = s.t_min;
-    rays.dir_x[k] = s.direction[0], rays.dir_y[k] = s.direction[1], rays.dir_z[k] = s.direction[2], rays.tfar[k] = s.t_max;
+    rays.dir_x[k] = s.direction[0], rays.dir_y[k] = s.direction[1], rays.dir_z[k] = s.direction[2],
+    rays.tfar[k] = s.t_max;
     rays.mask[k] = 0xFFFFFFFF;
   }
   return rays;
@@ -95,8 +96,10 @@ class EmbreeScene : public testing::Test {
     FloatRandom random(6);
     for (uint32_t i = 0; i < 20; ++i) {
       Transform t{};
-      const float angle = random.between(0, 6), c = std::cos(angle), s = std::sin(angle), scale = random.between(0.5f, 2);
-      t.rows[0][0] = c * scale, t.rows[0][2] = s * scale, t.rows[1][1] = scale, t.rows[2][0] = -s * scale, t.rows[2][2] = c * scale;
+      const float angle = random.between(0, 6), c = std::cos(angle), s = std::sin(angle),
+                  scale = random.between(0.5f, 2);
+      t.rows[0][0] = c * scale, t.rows[0][2] = s * scale, t.rows[1][1] = scale, t.rows[2][0] = -s * scale,
+      t.rows[2][2] = c * scale;
       for (auto& row : t.rows) row[3] = random.between(-6, 6);
       instances_.push_back(SceneInstance::of(sidecars_[i % 2].object(0), t));
       hierarchies_.push_back(tracers_[i % 2].scene());
@@ -104,7 +107,8 @@ class EmbreeScene : public testing::Test {
     scene_.emplace(std::move(*Scene::build(instances_)));
     while (segments_.size() < (kSanitized ? 320u : 16000u)) {
       Segment s{};
-      for (int a = 0; a < 3; ++a) s.origin[a] = random.between(-9, 9), s.direction[a] = random.between(-9, 9) - s.origin[a];
+      for (int a = 0; a < 3; ++a)
+        s.origin[a] = random.between(-9, 9), s.direction[a] = random.between(-9, 9) - s.origin[a];
       s.t_max = 1;
       for (int k = 0; k < 16; ++k) {
         for (float& d : s.direction) d += random.between(-0.3f, 0.3f);
@@ -121,7 +125,8 @@ class EmbreeScene : public testing::Test {
 
   std::array<BakedObject, 2> baked_ = {proven(sphere()), proven(leaves(100))};
   std::array<std::vector<std::byte>, 2> bytes_ = {sidecar_bytes({&baked_[0]}), sidecar_bytes({&baked_[1]})};
-  std::array<Sidecar, 2> sidecars_ = {std::move(*Sidecar::open_buffer(bytes_[0])), std::move(*Sidecar::open_buffer(bytes_[1]))};
+  std::array<Sidecar, 2> sidecars_ = {std::move(*Sidecar::open_buffer(bytes_[0])),
+                                      std::move(*Sidecar::open_buffer(bytes_[1]))};
   std::array<Tracer, 2> tracers_ = {trace(sphere()), trace(leaves(100))};
   std::vector<SceneInstance> instances_;
   std::vector<RTCScene> hierarchies_;

@@ -26,7 +26,9 @@ std::vector<Segment> segments_about(const ObjectRecord& record, size_t count) {
   const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
   const auto uniform = [&] { return static_cast<float>(random() >> 40) * 0x1p-24f; };
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr float kOdd[] = {0.0f, -0.0f, 1e-45f, -1e-38f, 1e-30f, 1e30f, -3e38f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(), 1.0f};
+  constexpr float kOdd[] = {0.0f,  -0.0f,  1e-45f,    -1e-38f,    1e-30f,
+                            1e30f, -3e38f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
+                            1.0f};
   std::vector<Segment> segments;
   while (segments.size() < count) {
     Segment s{};
@@ -50,7 +52,8 @@ std::vector<Segment> segments_about(const ObjectRecord& record, size_t count) {
       float values[8];
       std::memcpy(values, &s, sizeof s);
       for (float& value : values)
-        if (below(3) == 0) value = below(2) ? kOdd[below(std::size(kOdd))] : std::bit_cast<float>(static_cast<uint32_t>(random()));
+        if (below(3) == 0)
+          value = below(2) ? kOdd[below(std::size(kOdd))] : std::bit_cast<float>(static_cast<uint32_t>(random()));
       std::memcpy(&s, values, sizeof s);
     }
     segments.push_back(s);
@@ -103,10 +106,12 @@ void expect_all_kernels_alike(Bytes bytes, const std::string& what, bool all_ans
         const auto segments = segments_about(object.record(), 20011);
         std::vector<Visibility> answers(segments.size());
         object.classify(segments, answers);
-        ASSERT_EQ(first_difference(object, segments, answers), segments.size()) << what << ", object " << o << ", " << kernel;
+        ASSERT_EQ(first_difference(object, segments, answers), segments.size())
+            << what << ", object " << o << ", " << kernel;
         std::fill(answers.begin(), answers.end(), Visibility{9});
         object.classify(Arrays(segments).view(), answers);
-        ASSERT_EQ(first_difference(object, segments, answers), segments.size()) << what << ", object " << o << ", " << kernel << ", arrays";
+        ASSERT_EQ(first_difference(object, segments, answers), segments.size())
+            << what << ", object " << o << ", " << kernel << ", arrays";
         for (Visibility answer : answers) ++seen[static_cast<size_t>(answer)];
       }
     }
@@ -137,8 +142,10 @@ TEST(Kernels, EqualSingleCallsOnTreesOfEveryDepth) {
 TEST(Kernels, EqualSingleCallsOnBakedMeshes) {
   SourceMesh long_box = sphere();
   for (Position& p : long_box.positions) p[0] *= 1e6f, p[2] -= 1e4f;
-  const BakedObject objects[] = {must_bake(sphere(), quick(5, 81)), must_bake(leaves(30), quick(4)), must_bake(long_box, quick(3))};
-  for (const BakedObject& object : objects) expect_all_kernels_alike(sidecar_bytes({&object}), object.name, &object == objects);
+  const BakedObject objects[] = {must_bake(sphere(), quick(5, 81)), must_bake(leaves(30), quick(4)),
+                                 must_bake(long_box, quick(3))};
+  for (const BakedObject& object : objects)
+    expect_all_kernels_alike(sidecar_bytes({&object}), object.name, &object == objects);
   // Nothing clear, nothing blocked: what has no answer is not looked for.
   BakeOptions blank = quick(3);
   blank.blank = true;
@@ -206,7 +213,11 @@ TEST(Kernels, InC) {
     vcd_classify_array(object, in_c.data(), in_c.size(), answers.data());
     const Arrays arrays(segments);
     const SegmentArrays a = arrays.view();
-    const vcd_segment_arrays view = {{a.origin[0], a.origin[1], a.origin[2]}, a.t_min, {a.direction[0], a.direction[1], a.direction[2]}, a.t_max, a.count};
+    const vcd_segment_arrays view = {{a.origin[0], a.origin[1], a.origin[2]},
+                                     a.t_min,
+                                     {a.direction[0], a.direction[1], a.direction[2]},
+                                     a.t_max,
+                                     a.count};
     vcd_classify_arrays(object, &view, again.data());
     for (size_t i = 0; i < segments.size(); ++i) {
       ASSERT_EQ(answers[i], vcd_classify(object, &in_c[i]));

@@ -68,7 +68,8 @@ struct Forest {
       for (Position& p : world.positions) {
         const Position q = p;
         for (int a = 0; a < 3; ++a)
-          p[a] = static_cast<float>(double{t.rows[a][0]} * q[0] + double{t.rows[a][1]} * q[1] + double{t.rows[a][2]} * q[2] + double{t.rows[a][3]});
+          p[a] = static_cast<float>(double{t.rows[a][0]} * q[0] + double{t.rows[a][1]} * q[1] +
+                                    double{t.rows[a][2]} * q[2] + double{t.rows[a][3]});
       }
       referees.emplace_back(*prepare(std::move(world)));
     }
@@ -84,7 +85,8 @@ struct Forest {
       const auto& towards = instances[random.below(static_cast<uint32_t>(instances.size()))].to_world;
       for (int a = 0; a < 3; ++a) {
         s.origin[a] = offset + far * random.between(-1.5f * spread, 1.5f * spread);
-        const float target = random.below(2) ? towards.rows[a][3] + random.between(-1, 1) : offset + random.between(-1.5f * spread, 1.5f * spread);
+        const float target = random.below(2) ? towards.rows[a][3] + random.between(-1, 1)
+                                             : offset + random.between(-1.5f * spread, 1.5f * spread);
         s.direction[a] = target - s.origin[a];
       }
       s.t_max = random.below(3) ? 1.0f : 2.5f;
@@ -95,8 +97,8 @@ struct Forest {
   }
 };
 
-// Vertices in the world are rounded to float for the referee: a hair of a mesh that stands far from the origin. Where that could
-// decide, the answers may differ.
+// Vertices in the world are rounded to float for the referee: a hair of a mesh that stands far from the origin. Where
+// that could decide, the answers may differ.
 constexpr float kSpread = 8;
 
 TEST(Scene, AnswersForAllInstancesAndNamesWhatIsOpen) {
@@ -131,10 +133,12 @@ TEST(Scene, AnswersForAllInstancesAndNamesWhatIsOpen) {
         for (uint32_t k = 0; k < forest.instances.size(); ++k) {
           if (!forest.blocked(segments[i], k)) continue;
           blocked = true;
-          missing += answers[i] == Visibility::unclassified && std::find(listed.begin(), listed.end(), k) == listed.end();
+          missing +=
+              answers[i] == Visibility::unclassified && std::find(listed.begin(), listed.end(), k) == listed.end();
         }
         wrong += answers[i] == (blocked ? Visibility::clear : Visibility::blocked);
-        const bool by_fallback = scene->occluded(segments[i], [&](uint32_t k) { return forest.blocked(segments[i], k); });
+        const bool by_fallback =
+            scene->occluded(segments[i], [&](uint32_t k) { return forest.blocked(segments[i], k); });
         wrong += by_fallback != blocked;
       }
       EXPECT_EQ(at, open.size());
@@ -190,12 +194,17 @@ TEST(Scene, HeedsMasksOriginsAndInstancesWithoutSidecars) {
       SceneQuery query;
       query.mask = mask;
       bool blocked = false;
-      for (uint32_t k = 0; k < forest.instances.size(); ++k) blocked |= (forest.instances[k].mask & mask) != 0 && forest.blocked(s, k);
-      EXPECT_EQ(scene->occluded(s, [&](uint32_t k) {
-        EXPECT_NE(forest.instances[k].mask & mask, 0u);
-        open_boxes += k < 5;
-        return forest.blocked(s, k);
-      }, query), blocked);
+      for (uint32_t k = 0; k < forest.instances.size(); ++k)
+        blocked |= (forest.instances[k].mask & mask) != 0 && forest.blocked(s, k);
+      EXPECT_EQ(scene->occluded(
+                    s,
+                    [&](uint32_t k) {
+                      EXPECT_NE(forest.instances[k].mask & mask, 0u);
+                      open_boxes += k < 5;
+                      return forest.blocked(s, k);
+                    },
+                    query),
+                blocked);
     }
   EXPECT_GT(open_boxes, 0u);
   // The origin's instance is not looked up: always open where the segment could meet it.
@@ -249,10 +258,13 @@ TEST(Scene, RefusesWhatCannotBePlaced) {
     auto instances = forest.instances;
     spoil(instances[1]);
     const auto scene = Scene::build(instances);
-    return !scene.ok() && scene.error().code == ErrorCode::usage && scene.error().message.find("instance 1") != std::string::npos;
+    return !scene.ok() && scene.error().code == ErrorCode::usage &&
+           scene.error().message.find("instance 1") != std::string::npos;
   };
   EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world.rows[0][3] = std::numeric_limits<float>::infinity(); }));
-  EXPECT_TRUE(refused([](SceneInstance& i) { for (auto& row : i.to_world.rows) row[0] = row[1]; }));
+  EXPECT_TRUE(refused([](SceneInstance& i) {
+    for (auto& row : i.to_world.rows) row[0] = row[1];
+  }));
   EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world = {}; }));
   EXPECT_TRUE(refused([](SceneInstance& i) { i.box_max[2] = i.box_min[2] - 1; }));
   EXPECT_FALSE(Scene::build(forest.instances, "abacus").ok());
@@ -274,7 +286,8 @@ TEST(Scene, TakesAnyFloatsAndManyOpenInstances) {
   }
   EXPECT_FALSE(scene->occluded(through, [&](uint32_t) { return false; }));
   for (int k = 0; k < 8; ++k)
-    for (float odd : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 3e38f, -1e-45f}) {
+    for (float odd :
+         {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 3e38f, -1e-45f}) {
       float values[8];
       std::memcpy(values, &through, sizeof through);
       values[k] = odd;
@@ -295,8 +308,8 @@ struct Asked {
 };
 
 template <class Ask>
-Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& segments, const Ask& occluded, const SceneQuery& query,
-          std::vector<uint64_t>& blocked) {
+Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& segments, const Ask& occluded,
+          const SceneQuery& query, std::vector<uint64_t>& blocked) {
   Asked asked;
   std::set<std::pair<uint32_t, uint32_t>> pairs;
   blocked.assign((segments.size() + 63) / 64, 7);
@@ -321,7 +334,8 @@ Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& 
   });
   for (size_t i = 0; i < segments.size(); ++i) {
     bool truth = false;
-    for (uint32_t k = 0; k < forest.instances.size(); ++k) truth |= (forest.instances[k].mask & query.mask) != 0 && forest.blocked(segments[i], k);
+    for (uint32_t k = 0; k < forest.instances.size(); ++k)
+      truth |= (forest.instances[k].mask & query.mask) != 0 && forest.blocked(segments[i], k);
     asked.wrong += truth != (blocked[i / 64] >> (i % 64) & 1);
   }
   if (segments.size() % 64) {
@@ -337,7 +351,8 @@ std::vector<Segment> in_sixteens(const std::vector<Segment>& from, FloatRandom& 
     const float spread = random.below(2) ? 0.05f : 1.0f;
     for (int k = 0; k < 16; ++k) {
       Segment near = s;
-      for (int a = 0; a < 3; ++a) near.origin[a] += random.between(-spread, spread), near.direction[a] += random.between(-0.2f, 0.2f);
+      for (int a = 0; a < 3; ++a)
+        near.origin[a] += random.between(-spread, spread), near.direction[a] += random.between(-0.2f, 0.2f);
       all.push_back(near);
     }
   }
@@ -353,15 +368,17 @@ TEST(Scene, AnswersArraysWithTheCallersHelp) {
   const auto coherent = in_sixteens(forest.segments(kSanitized ? 20 : 200, kSpread, 0), random);
   for (const auto* segments : {&scattered, &coherent}) {
     std::vector<uint32_t> origins;
-    for (size_t i = 0; i < segments->size(); ++i) origins.push_back(random.below(3) ? kNoInstance : random.below(static_cast<uint32_t>(forest.instances.size())));
+    for (size_t i = 0; i < segments->size(); ++i)
+      origins.push_back(random.below(3) ? kNoInstance : random.below(static_cast<uint32_t>(forest.instances.size())));
     for (const SceneQuery& query : {SceneQuery{}, SceneQuery{1, origins}, SceneQuery{0, {}}}) {
       std::vector<uint64_t> first;
       uint64_t first_asked = 0;
       for (const std::string& kernel : kernels()) {
         const auto scene = Scene::build(forest.instances, kernel);
         std::vector<uint64_t> blocked;
-        const Asked asked = ask(forest, *scene, *segments, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(*segments, b, trace, query); },
-                                query, blocked);
+        const Asked asked = ask(
+            forest, *scene, *segments,
+            [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(*segments, b, trace, query); }, query, blocked);
         EXPECT_EQ(asked.wrong, 0u) << kernel;
         EXPECT_LT(asked.segments, 3 * segments->size()) << kernel;
         if (first.empty()) first = blocked, first_asked = asked.segments;
@@ -370,10 +387,16 @@ TEST(Scene, AnswersArraysWithTheCallersHelp) {
         // Packets are short arrays.
         for (size_t width : {1u, 8u, 16u})
           for (size_t at = 0; at + width <= segments->size() && at < 320; at += width) {
-            const std::vector<Segment> packet(segments->begin() + static_cast<std::ptrdiff_t>(at), segments->begin() + static_cast<std::ptrdiff_t>(at + width));
+            const std::vector<Segment> packet(segments->begin() + static_cast<std::ptrdiff_t>(at),
+                                              segments->begin() + static_cast<std::ptrdiff_t>(at + width));
             const SceneQuery own{query.mask, query.origins.empty() ? query.origins : query.origins.subspan(at, width)};
             std::vector<uint64_t> bits;
-            EXPECT_EQ(ask(forest, *scene, packet, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(packet, b, trace, own); }, own, bits).wrong, 0u);
+            EXPECT_EQ(
+                ask(
+                    forest, *scene, packet,
+                    [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(packet, b, trace, own); }, own, bits)
+                    .wrong,
+                0u);
           }
       }
     }
@@ -422,7 +445,9 @@ TEST(Scene, AnswersBundlesWithTheCallersHelp) {
       const uint32_t own = random.below(3) ? kNoInstance : random.below(static_cast<uint32_t>(forest.instances.size()));
       const SceneQuery query{0xFFFFFFFF, std::span(&own, 1)};
       std::vector<uint64_t> blocked, known((segments.size() + 63) / 64), open(known);
-      const Asked asked = ask(forest, *scene, segments, [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(bundle, b, trace, query); }, query, blocked);
+      const Asked asked = ask(
+          forest, *scene, segments,
+          [&](std::span<uint64_t> b, auto&& trace) { scene->occluded(bundle, b, trace, query); }, query, blocked);
       EXPECT_EQ(asked.wrong, 0u) << kernel;
       segments_asked += asked.segments, all += segments.size();
       scene->classify(bundle, known, open, query);
@@ -453,7 +478,8 @@ TEST(Scene, InC) {
   const auto scene = Scene::build(forest.instances);
   std::vector<const vcd_sidecar*> files(2);
   for (size_t i = 0; i < 2; ++i)
-    ASSERT_EQ(vcd_open_buffer(forest.bytes[i].data(), forest.bytes[i].size(), nullptr, &files[i], nullptr), VCD_SUCCESS);
+    ASSERT_EQ(vcd_open_buffer(forest.bytes[i].data(), forest.bytes[i].size(), nullptr, &files[i], nullptr),
+              VCD_SUCCESS);
   std::vector<vcd_instance> instances;
   std::vector<float> transforms;
   for (size_t i = 0; i < forest.instances.size(); ++i) {
@@ -487,11 +513,21 @@ TEST(Scene, InC) {
   for (int k = 0; k < 50; ++k) {
     const SceneLight light(random, 300, kSpread);
     const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
-    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]}, {corner[0], corner[1], corner[2]}, {edge_u[0], edge_u[1], edge_u[2]},
-                                  {edge_v[0], edge_v[1], edge_v[2]}, u.data(), v.data(), u.size()};
+    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]},
+                                  {corner[0], corner[1], corner[2]},
+                                  {edge_u[0], edge_u[1], edge_u[2]},
+                                  {edge_v[0], edge_v[1], edge_v[2]},
+                                  u.data(),
+                                  v.data(),
+                                  u.size()};
     const auto& centre = light.sphere.centre;
-    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]}, {centre[0], centre[1], centre[2]}, light.sphere.radius,
-                                    light.x.data(), light.y.data(), light.z.data(), light.x.size()};
+    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]},
+                                    {centre[0], centre[1], centre[2]},
+                                    light.sphere.radius,
+                                    light.x.data(),
+                                    light.y.data(),
+                                    light.z.data(),
+                                    light.x.size()};
     scene->occluded(light.quad, blocked[0], trace);
     vcd_scene_occluded_quad(in_c, &quad, nullptr, trace_in_c, &asked[1], blocked[1]);
     EXPECT_TRUE(same());

@@ -176,8 +176,8 @@ std::vector<Visibility> answers_of(const Object& object, std::span<const Segment
 }
 
 TEST(ProvenOnly, TakesStatisticalAnswersBack) {
-  for (const char* name : {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd",
-                           "v2-hybrid8.vcd"})
+  for (const char* name :
+       {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd", "v2-hybrid8.vcd"})
     for (CheckLevel check : {CheckLevel::full, CheckLevel::bounds}) {
       const auto all = Sidecar::open(golden(name), {Load::map, check, false});
       const auto proven = Sidecar::open(golden(name), {Load::map, check, true});
@@ -241,7 +241,7 @@ TEST(ProvenOnly, InCIsForThoseWhoKnowIt) {
   EXPECT_EQ(answers(size, 0, 0), 0);  // none
   EXPECT_EQ(answers(size, 0, 2), 1);  // sampled
   EXPECT_EQ(answers(size, 1, 2), 0);
-  EXPECT_EQ(answers(size, 1, 4), 1);  // proven
+  EXPECT_EQ(answers(size, 1, 4), 1);    // proven
   EXPECT_EQ(answers(before, 1, 2), 1);  // a caller of before: what lies beyond its struct is not read
   vcd_open_options short_one{};
   short_one.size = before - 1;
@@ -259,7 +259,9 @@ TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
   ASSERT_TRUE(sidecar.ok());
   const auto* top = reinterpret_cast<const std::byte*>(sidecar->contents().objects[0].tree.top);
   EXPECT_TRUE(top > bytes->data.get() && top < bytes->data.get() + bytes->size);
-  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})->object(0).answers());
+  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})
+                   ->object(0)
+                   .answers());
 }
 
 TEST_F(Runtime, TheCInterfaceSaysTheSame) {

@@ -1,12 +1,12 @@
 #include <vcd/scenes/generate.h>
 #include <vcd/scenes/glb.h>
 
+#include <xxhash.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
-#include <xxhash.h>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -294,15 +294,16 @@ TEST(Forest, TreesStandOnTheGroundUprightAndOfRandomTurnAndScale) {
 TEST(Forest, NoTreeStandsBeforeTheLens) {
   const Scene scene = scenes::forest({.instances = 300, .species = 4, .leaves = 100});
   for (const Instance& instance : scene.instances) {
-    const double apart = std::hypot(instance.transform[3] - scene.camera.position[0],
-                                    instance.transform[11] - scene.camera.position[2]);
+    const double apart =
+        std::hypot(instance.transform[3] - scene.camera.position[0], instance.transform[11] - scene.camera.position[2]);
     EXPECT_GT(apart, 10 + instance.transform[5] * crown_radius(scene.meshes[instance.mesh]));
   }
 }
 
 // A flat-bottomed wedge that differs along each axis: 1 × 2 × 3 from a corner at (5, -7, 11).
 Mesh wedge(float scale = 1) {
-  Mesh mesh{"wedge", {{5, -7, 11}, {6, -7, 11}, {5, -5, 11}, {5, -7, 14}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
+  Mesh mesh{
+      "wedge", {{5, -7, 11}, {6, -7, 11}, {5, -5, 11}, {5, -7, 14}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
   for (Vec3& p : mesh.positions)
     for (float& x : p) x *= scale;
   return mesh;
@@ -384,7 +385,8 @@ TEST(Glb, IsReadBackBitForBit) {
       EXPECT_EQ(read->meshes[m].triangles, scene.meshes[m].triangles);
       ASSERT_EQ(read->meshes[m].positions.size(), scene.meshes[m].positions.size());
       EXPECT_EQ(std::memcmp(read->meshes[m].positions.data(), scene.meshes[m].positions.data(),
-                            scene.meshes[m].positions.size() * sizeof(Vec3)), 0);
+                            scene.meshes[m].positions.size() * sizeof(Vec3)),
+                0);
     }
   }
 }

@@ -34,11 +34,12 @@ TEST_P(Stability, NoProofIsWrongAnywhere) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Sweeps, Stability, testing::Range(size_t{0}, stability_sweeps(true).size()), [](const auto& instance) {
-  std::string name = stability_sweeps(true)[instance.param].id;
-  std::erase(name, '-');
-  return name;
-});
+INSTANTIATE_TEST_SUITE_P(Sweeps, Stability, testing::Range(size_t{0}, stability_sweeps(true).size()),
+                         [](const auto& instance) {
+                           std::string name = stability_sweeps(true)[instance.param].id;
+                           std::erase(name, '-');
+                           return name;
+                         });
 
 }  // namespace
 }  // namespace vcd::test

@@ -33,7 +33,8 @@ class TemporaryFolder {
  public:
   TemporaryFolder() {
     std::random_device random;
-    path_ = std::filesystem::temp_directory_path() / ("vcd-test-" + std::to_string(random()) + std::to_string(random()));
+    path_ =
+        std::filesystem::temp_directory_path() / ("vcd-test-" + std::to_string(random()) + std::to_string(random()));
     std::filesystem::create_directories(path_);
   }
   ~TemporaryFolder() {
@@ -80,13 +81,16 @@ inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*
 
 // A tree in memory as an audit asks it; the tree outlives the function.
 inline Answers answers_of(const ObjectRecord& record, const TreeView& tree) {
-  return [frame = make_grid_frame(record.box_min, record.box_max), tree](std::span<const Segment> segments, std::span<Visibility> answers) {
+  return [frame = make_grid_frame(record.box_min, record.box_max), tree](std::span<const Segment> segments,
+                                                                         std::span<Visibility> answers) {
     for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(frame, tree, tree.shape, segments[i]);
   };
 }
 
 inline Answers no_answers() {
-  return [](std::span<const Segment>, std::span<Visibility> answers) { std::ranges::fill(answers, Visibility::unclassified); };
+  return [](std::span<const Segment>, std::span<Visibility> answers) {
+    std::ranges::fill(answers, Visibility::unclassified);
+  };
 }
 
 inline BakeOptions proven(uint32_t depth) {

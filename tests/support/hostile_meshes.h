@@ -30,8 +30,9 @@ template <class Function>
 SourceMesh sheet(uint32_t n, uint32_t m, const Function& at) {
   SourceMesh mesh{"sheet", 0, {}, {}};
   for (uint32_t i = 0; i <= n; ++i)
-    for (uint32_t j = 0; j <= m; ++j) mesh.positions.push_back(at(static_cast<float>(i) / static_cast<float>(n),
-                                                                  static_cast<float>(j) / static_cast<float>(m)));
+    for (uint32_t j = 0; j <= m; ++j)
+      mesh.positions.push_back(
+          at(static_cast<float>(i) / static_cast<float>(n), static_cast<float>(j) / static_cast<float>(m)));
   for (uint32_t i = 0; i < n; ++i)
     for (uint32_t j = 0; j < m; ++j) {
       const uint32_t a = i * (m + 1) + j, b = a + m + 1;
@@ -112,8 +113,8 @@ inline SourceMesh coplanar() {
 }
 inline SourceMesh twice() {
   SourceMesh mesh = sphere(10, 14);
-  append(mesh, inverted(sphere(10, 14)));                               // the same triangles, turned over
-  append(mesh, sphere(10, 14), 1, {0x1p-20f, 0, 0});                    // and once more, a hair beside
+  append(mesh, inverted(sphere(10, 14)));             // the same triangles, turned over
+  append(mesh, sphere(10, 14), 1, {0x1p-20f, 0, 0});  // and once more, a hair beside
   return mesh;
 }
 inline SourceMesh many_components() {
@@ -180,10 +181,28 @@ inline PreparedMesh prepared_on_grid(SourceMesh mesh) {
 
 inline std::vector<PreparedMesh> hostile_meshes() {
   std::vector<PreparedMesh> meshes;
-  for (SourceMesh mesh :
-       {cube(), sphere(), triangle(), leaves(40), flat(), folded(), hemisphere(), moebius(), inverted(sphere(12, 20)),
-        intersecting(), t_junctions(), slivers(), coplanar(), twice(), many_components(), box_in_a_box(), fins(), fans(),
-        bow_tie(), pierced(sphere(), 800), pierced(sphere(12, 20), 200), leaves(2000)})
+  for (SourceMesh mesh : {cube(),
+                          sphere(),
+                          triangle(),
+                          leaves(40),
+                          flat(),
+                          folded(),
+                          hemisphere(),
+                          moebius(),
+                          inverted(sphere(12, 20)),
+                          intersecting(),
+                          t_junctions(),
+                          slivers(),
+                          coplanar(),
+                          twice(),
+                          many_components(),
+                          box_in_a_box(),
+                          fins(),
+                          fans(),
+                          bow_tie(),
+                          pierced(sphere(), 800),
+                          pierced(sphere(12, 20), 200),
+                          leaves(2000)})
     meshes.push_back(*prepare(std::move(mesh)));
   for (const auto& mesh : {cube(), sphere(8, 12), fins(), box_in_a_box(), leaves(30), many_components()})
     meshes.push_back(prepared_on_grid(on_grid(mesh, 16)));  // vertices on the boundaries of cells of level 4

@@ -1,7 +1,7 @@
-// make_golden FOLDER: the golden files of format 2.0, one a layout and method. Their trees are made up, so that every depth
-// has all that a file can hold and yet is small. Released golden files are never made anew: this program is the record
-// of how they came to be. Those of version 1 in tests/golden were written by this program when it knew no method but
-// sampled.
+// make_golden FOLDER: the golden files of format 2.0, one a layout and method. Their trees are made up, so that every
+// depth has all that a file can hold and yet is small. Released golden files are never made anew: this program is the
+// record of how they came to be. Those of version 1 in tests/golden were written by this program when it knew no method
+// but sampled.
 #include <cstdio>
 #include <random>
 
@@ -75,7 +75,8 @@ void write_layout(const std::filesystem::path& folder, uint32_t depth) {
   record.nodes_folded = statistics.nodes_folded;
   record.nodes_shared = statistics.nodes_shared;
   const Storage storage = depth == 3 || depth >= 5 ? Storage::zstd : Storage::raw;
-  write(folder / ("v2-hybrid" + std::to_string(depth) + ".vcd"), {{"made up", record, tree_pieces(arrays.view()), {}}}, storage);
+  write(folder / ("v2-hybrid" + std::to_string(depth) + ".vcd"), {{"made up", record, tree_pieces(arrays.view()), {}}},
+        storage);
 }
 
 }  // namespace
@@ -101,5 +102,6 @@ int main(int argc, char** argv) {
 
   // Version 2.1: with margins.
   const BakedObject blocked[] = {must_bake(sphere(6, 8), quick(3, 81)), must_bake(cube(), quick(2, 16))};
-  write(std::filesystem::path(argv[1]) / "v2.1-margins.vcd", {blocked[0].to_write(), blocked[1].to_write()}, Storage::raw);
+  write(std::filesystem::path(argv[1]) / "v2.1-margins.vcd", {blocked[0].to_write(), blocked[1].to_write()},
+        Storage::raw);
 }

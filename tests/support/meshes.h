@@ -9,9 +9,7 @@
 
 namespace vcd::test {
 
-inline SourceMesh triangle() {
-  return {"triangle", 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}}, {{0, 1, 2}}};
-}
+inline SourceMesh triangle() { return {"triangle", 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}}, {{0, 1, 2}}}; }
 
 inline SourceMesh cube() {
   SourceMesh mesh{"cube", 0, {}, {}};

@@ -25,7 +25,10 @@ TEST(Uri, GivesEveryByteBack) {
   for (int byte = 1; byte < 256; ++byte) name += static_cast<char>(byte);
   const std::string uri = uri_of(name);
   EXPECT_EQ(from_percent(uri), name);
-  for (const char c : uri) EXPECT_TRUE(std::isalnum(static_cast<unsigned char>(c)) || std::string_view("-._~/%").find(c) != std::string_view::npos) << c;
+  for (const char c : uri)
+    EXPECT_TRUE(std::isalnum(static_cast<unsigned char>(c)) ||
+                std::string_view("-._~/%").find(c) != std::string_view::npos)
+        << c;
 }
 
 TEST(Uri, RelativeAndAbsolute) {
@@ -50,7 +53,8 @@ TEST(Junit, HoldsNoCharacterThatXmlForbids) {
   outcome.add(IssueId::stale, ErrorCode::stale, "object \x02", "]]> \x1b and \xEF\xBF\xBF");
   const std::string xml = junit(run_of({outcome, utf8}));
   for (const char c : xml) EXPECT_TRUE(static_cast<unsigned char>(c) >= 32 || c == '\n') << int{c};
-  for (const char* forbidden : {"\xEF\xBF\xBF", "\xEF\xBF\xBE", "&#1;", "&#27;", "\xff"}) EXPECT_EQ(xml.find(forbidden), std::string::npos);
+  for (const char* forbidden : {"\xEF\xBF\xBF", "\xEF\xBF\xBE", "&#1;", "&#27;", "\xff"})
+    EXPECT_EQ(xml.find(forbidden), std::string::npos);
   pugi::xml_document document;
   ASSERT_TRUE(document.load_string(xml.c_str()));
   const auto test = document.child("testsuites").child("testsuite").child("testcase");
@@ -70,7 +74,8 @@ TEST(Totals, EachSidecarIsOneOfThree) {
   EXPECT_EQ(run.totals.failed, 1u);
   EXPECT_EQ(run.totals.not_verified, 1u);
   EXPECT_EQ(run.totals.warnings, 1u);
-  EXPECT_EQ(run.totals.failed_by_finding, (std::map<std::string, uint64_t>{{"not-verified", 1}, {"orphaned", 1}}));  // files, not findings
+  EXPECT_EQ(run.totals.failed_by_finding,
+            (std::map<std::string, uint64_t>{{"not-verified", 1}, {"orphaned", 1}}));  // files, not findings
 }
 
 TEST(ExitCode, IsThatOfTheOnlyInputElseNine) {

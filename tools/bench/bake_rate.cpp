@@ -82,7 +82,8 @@ Result<BakeRate> measure_bake_rate(const PreparedMesh& mesh, const BakeRateOptio
 
   const std::vector<RTCRay16> packets = record(classifier, cells, options.depth);
   const std::vector<Variant> variants = {
-      {"the bake's recursion", [&] {
+      {"the bake's recursion",
+       [&] {
          for (const Cell& cell : cells) classify_below(classifier, cell, options.depth, [](const Cell&, uint32_t) {});
        }},
       {"bare rtcOccluded16, coherent", [&] { trace_bare(tracer->scene(), packets); }}};
@@ -99,9 +100,13 @@ int run_bake_rate(const std::string& path, const BakeRateOptions& options, int r
   if (!rate) return print_error(rate.error().message), exit_code(rate.error().code);
   const double rays = static_cast<double>(rate->rays);
   if (format == OutputFormat::json) {
-    print_json({{"tool", "vc-bench"}, {"version", VCD_VERSION}, {"machine", machine_description()}, {"rays", rate->rays},
+    print_json({{"tool", "vc-bench"},
+                {"version", VCD_VERSION},
+                {"machine", machine_description()},
+                {"rays", rate->rays},
                 {"classification_ns", 1e9 * rate->classification.median / rays},
-                {"rtcOccluded16_ns", 1e9 * rate->bare16.median / rays}, {"ratio", rate->bare16.median / rate->classification.median}});
+                {"rtcOccluded16_ns", 1e9 * rate->bare16.median / rays},
+                {"ratio", rate->bare16.median / rate->classification.median}});
     return kExitOk;
   }
   std::printf("%s, one thread, %d interleaved repetitions: medians (minimum to maximum)\n%llu rays of a bake\n",

@@ -17,9 +17,8 @@ struct MethodToTime {
   Method method;
   uint32_t samples;
 };
-constexpr MethodToTime kMethods[] = {{"256 samples", Method::sampled, 256},
-                                     {"proven", Method::proven, 256},
-                                     {"hybrid", Method::hybrid, 0}};
+constexpr MethodToTime kMethods[] = {
+    {"256 samples", Method::sampled, 256}, {"proven", Method::proven, 256}, {"hybrid", Method::hybrid, 0}};
 
 struct TimedBake {
   std::vector<double> seconds;  // of the whole
@@ -43,10 +42,12 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
   catch_interruptions();
   Json all = Json::array();
   if (format == OutputFormat::text)
-    std::printf("%s: %zu triangles; %s, %u thread(s), scaled up from one in %u cells of the top table, medians of %d interleaved bakes\n"
-                "  %-6s %-18s %10s %8s %14s\n",
-                path.c_str(), mesh.triangles.size(), machine_description().c_str(), options.threads, options.one_in,
-                repetitions, "depth", "method", "seconds", "faster", "rays");
+    std::printf(
+        "%s: %zu triangles; %s, %u thread(s), scaled up from one in %u cells of the top table, medians of %d "
+        "interleaved bakes\n"
+        "  %-6s %-18s %10s %8s %14s\n",
+        path.c_str(), mesh.triangles.size(), machine_description().c_str(), options.threads, options.one_in,
+        repetitions, "depth", "method", "seconds", "faster", "rays");
   for (uint32_t depth : options.depths) {
     std::vector<TimedBake> timed(std::size(kMethods));
     for (int r = 0; r < repetitions; ++r)
@@ -55,20 +56,31 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
         bake_options.method = kMethods[m].method, bake_options.samples = kMethods[m].samples;
         bake_options.depth = depth, bake_options.threads = options.threads, bake_options.one_in = options.one_in;
         bake_options.stop = interrupted;
-        if (auto error = time_bake(mesh, bake_options, timed[m])) return print_error(error->message), exit_code(error->code);
+        if (auto error = time_bake(mesh, bake_options, timed[m]))
+          return print_error(error->message), exit_code(error->code);
       }
     const double base = summarize("", timed[0].seconds).median;
     for (size_t m = 0; m < timed.size(); ++m) {
       const double seconds = summarize("", timed[m].seconds).median;
-      all.push_back({{"depth", depth}, {"method", kMethods[m].name}, {"seconds", seconds}, {"faster", base / seconds}, {"rays", timed[m].rays}});
+      all.push_back({{"depth", depth},
+                     {"method", kMethods[m].name},
+                     {"seconds", seconds},
+                     {"faster", base / seconds},
+                     {"rays", timed[m].rays}});
       if (format == OutputFormat::text)
         std::printf("  %-6u %-18s %10.3f %7.2fx %14llu\n", depth, kMethods[m].name, seconds, base / seconds,
                     static_cast<unsigned long long>(timed[m].rays));
     }
   }
   if (format == OutputFormat::json)
-    print_json({{"tool", "vc-bench"}, {"version", VCD_VERSION}, {"machine", machine_description()}, {"mesh", path},
-                {"one_in", options.one_in}, {"threads", options.threads}, {"repetitions", repetitions}, {"bakes", all}});
+    print_json({{"tool", "vc-bench"},
+                {"version", VCD_VERSION},
+                {"machine", machine_description()},
+                {"mesh", path},
+                {"one_in", options.one_in},
+                {"threads", options.threads},
+                {"repetitions", repetitions},
+                {"bakes", all}});
   return kExitOk;
 }
 

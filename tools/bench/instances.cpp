@@ -30,7 +30,8 @@ struct Rays {
   void add(const Bundle& bundle) {
     bundles.push_back(bundle);
     segments.insert(segments.end(), bundle.segments.begin(), bundle.segments.end());
-    origins.insert(origins.end(), bundle.segments.size(), bundle.surface == kGroundSurface ? kNoInstance : bundle.surface);
+    origins.insert(origins.end(), bundle.segments.size(),
+                   bundle.surface == kGroundSurface ? kNoInstance : bundle.surface);
   }
   void shuffle(uint64_t seed) {
     std::mt19937_64 random(seed);
@@ -50,7 +51,8 @@ struct Rays {
       at += b.segments.size();
     }
     if (!bundles.empty()) return;
-    for (size_t first = 0; first < segments.size(); first += kArray) visit(first, std::min(kArray, segments.size() - first));
+    for (size_t first = 0; first < segments.size(); first += kArray)
+      visit(first, std::min(kArray, segments.size() - first));
   }
 };
 
@@ -61,14 +63,16 @@ struct Comparison {
 };
 
 const Timing& fastest(const std::vector<Timing>& timings) {
-  return *std::min_element(timings.begin(), timings.end(), [](const Timing& a, const Timing& b) { return a.median < b.median; });
+  return *std::min_element(timings.begin(), timings.end(),
+                           [](const Timing& a, const Timing& b) { return a.median < b.median; });
 }
 
 class Bench {
  public:
   Bench(const World& world, const std::vector<Object>& objects, int repetitions)
       : world_(world), scene_(scene_of(world, objects)), repetitions_(repetitions) {
-    for (const WorldInstance& instance : world.instances) hierarchies_.push_back(world.objects[instance.object].tracer.scene());
+    for (const WorldInstance& instance : world.instances)
+      hierarchies_.push_back(world.objects[instance.object].tracer.scene());
   }
 
   // The way for what arrays leave open that is the fastest on other segments than those that are reported.
@@ -86,7 +90,8 @@ class Bench {
       uint8_t truth[kArray];
       uint64_t blocked[kArray / 64];
       occluded(world_.shadow_casters(), {1}, std::span(rays.segments).subspan(first, count), truth);
-      scene_.occluded(std::span(rays.segments).subspan(first, count), blocked, EmbreeInstances{hierarchies_, fallback}, query(rays, first, count));
+      scene_.occluded(std::span(rays.segments).subspan(first, count), blocked, EmbreeInstances{hierarchies_, fallback},
+                      query(rays, first, count));
       for (size_t i = 0; i < count; ++i) {
         result.blocked += truth[i];
         result.differing += truth[i] != (blocked[i / 64] >> (i % 64) & 1);
@@ -97,18 +102,22 @@ class Bench {
       variants.push_back({name_of(way), [&, way] {
                             uint8_t blocked[kArray];
                             rays.in_parts([&](size_t first, size_t count) {
-                              occluded(world_.shadow_casters(), way, std::span(rays.segments).subspan(first, count), blocked);
+                              occluded(world_.shadow_casters(), way, std::span(rays.segments).subspan(first, count),
+                                       blocked);
                             });
                           }});
     const size_t first_vcd = variants.size();
     // What bounds the others: look-ups for nothing, and of each segment all that is left at once.
     std::vector<Segment> left_open;
     for (size_t i = 0; i < rays.segments.size(); ++i)
-      if (scene_.classify(rays.segments[i], query(rays, i, 1)) == Visibility::unclassified) left_open.push_back(rays.segments[i]);
+      if (scene_.classify(rays.segments[i], query(rays, i, 1)) == Visibility::unclassified)
+        left_open.push_back(rays.segments[i]);
     variants.push_back({"what look-ups leave alone, rtcOccluded16", [&] {
                           uint8_t blocked[kArray];
                           for (size_t first = 0; first < left_open.size(); first += kArray)
-                            occluded(world_.shadow_casters(), {16}, std::span(left_open).subspan(first, std::min(kArray, left_open.size() - first)), blocked);
+                            occluded(world_.shadow_casters(), {16},
+                                     std::span(left_open).subspan(first, std::min(kArray, left_open.size() - first)),
+                                     blocked);
                         }});
     variants.push_back({"look-ups of single segments", [&] {
                           uint64_t sum = 0;
@@ -119,7 +128,8 @@ class Bench {
     if (!rays.bundles.empty())
       variants.push_back({"look-ups of bundles", [&] {
                             uint64_t blocked[kMaxBundle / 64], open[kMaxBundle / 64];
-                            for (const Bundle& b : rays.bundles) scene_.classify(quad_of(world_, b), blocked, open, query_of(b));
+                            for (const Bundle& b : rays.bundles)
+                              scene_.classify(quad_of(world_, b), blocked, open, query_of(b));
                           }});
     variants.push_back({"single calls, then rtcOccluded1", [&] {
                           uint64_t blocked = 0;
@@ -133,11 +143,12 @@ class Bench {
                         }});
     variants.push_back(arrays(rays, fallback));
     if (!rays.bundles.empty())
-      variants.push_back({"bundles, then " + name_of(fallback), [&, fallback] {
-                            uint64_t blocked[kMaxBundle / 64];
-                            for (const Bundle& b : rays.bundles)
-                              scene_.occluded(quad_of(world_, b), blocked, EmbreeInstances{hierarchies_, fallback}, query_of(b));
-                          }});
+      variants.push_back(
+          {"bundles, then " + name_of(fallback), [&, fallback] {
+             uint64_t blocked[kMaxBundle / 64];
+             for (const Bundle& b : rays.bundles)
+               scene_.occluded(quad_of(world_, b), blocked, EmbreeInstances{hierarchies_, fallback}, query_of(b));
+           }});
     const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
     const auto at = timings.begin() + static_cast<std::ptrdiff_t>(first_vcd);
     result.embree.assign(timings.begin(), at);
@@ -154,7 +165,8 @@ class Bench {
     return {"arrays, then " + name_of(fallback), [this, &rays, fallback] {
               uint64_t blocked[kArray / 64];
               rays.in_parts([&](size_t first, size_t count) {
-                scene_.occluded(std::span(rays.segments).subspan(first, count), blocked, EmbreeInstances{hierarchies_, fallback}, query(rays, first, count));
+                scene_.occluded(std::span(rays.segments).subspan(first, count), blocked,
+                                EmbreeInstances{hierarchies_, fallback}, query(rays, first, count));
               });
             }};
   }
@@ -170,19 +182,24 @@ Json describe(const std::vector<Timing>& timings, const Comparison& c) {
   const double scale = 1e9 / static_cast<double>(c.segments);
   Json json = Json::array();
   for (const Timing& t : timings)
-    json.push_back({{"name", t.name}, {"median_ns", t.median * scale}, {"minimum_ns", t.minimum * scale},
-                    {"maximum_ns", t.maximum * scale}, {"speed_up", fastest(c.embree).median / t.median}});
+    json.push_back({{"name", t.name},
+                    {"median_ns", t.median * scale},
+                    {"minimum_ns", t.minimum * scale},
+                    {"maximum_ns", t.maximum * scale},
+                    {"speed_up", fastest(c.embree).median / t.median}});
   return json;
 }
 
 void print(const Comparison& c) {
   const double scale = 1e9 / static_cast<double>(c.segments), best = fastest(c.embree).median;
-  std::printf("%s: %llu segments, %.2f %% of them blocked; %llu answers differ from Embree's\n", c.name.c_str(), static_cast<unsigned long long>(c.segments),
-              100 * static_cast<double>(c.blocked) / static_cast<double>(c.segments), static_cast<unsigned long long>(c.differing));
+  std::printf("%s: %llu segments, %.2f %% of them blocked; %llu answers differ from Embree's\n", c.name.c_str(),
+              static_cast<unsigned long long>(c.segments),
+              100 * static_cast<double>(c.blocked) / static_cast<double>(c.segments),
+              static_cast<unsigned long long>(c.differing));
   for (const auto* group : {&c.embree, &c.vcd})
     for (const Timing& t : *group)
-      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(), t.median * scale,
-                  t.minimum * scale, t.maximum * scale, best / t.median);
+      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
+                  t.median * scale, t.minimum * scale, t.maximum * scale, best / t.median);
 }
 
 Recording some_bundles(const World& world, size_t points, uint64_t seed) {
@@ -210,31 +227,46 @@ int run_instances(const InstancesOptions& options) {
   if (!request) return fail(request.error());
   const auto world = load_world(request->source, request->options, true);
   if (!world) return fail(world.error());
-  if (world->single()) return fail({ErrorCode::usage, options.scene + ": one object in one place; see vc-bench segments"});
+  if (world->single())
+    return fail({ErrorCode::usage, options.scene + ": one object in one place; see vc-bench segments"});
   const auto sidecars = open_sidecars(*world, options.sidecars);
   if (!sidecars) return fail(sidecars.error());
 
   const Bench bench(*world, sidecars->objects, options.repetitions);
-  const Recording bundles = some_bundles(*world, options.points, 7), trial = some_bundles(*world, options.points / 8 + 1, 1007);
+  const Recording bundles = some_bundles(*world, options.points, 7),
+                  trial = some_bundles(*world, options.points / 8 + 1, 1007);
   std::vector<Comparison> comparisons;
   for (const bool shuffled : {false, true})
-    for (const auto& [name, ground, own] : {std::tuple("from the ground", true, false), std::tuple("from instances", false, true),
-                                            std::tuple("ground and instances together", true, true)}) {
+    for (const auto& [name, ground, own] :
+         {std::tuple("from the ground", true, false), std::tuple("from instances", false, true),
+          std::tuple("ground and instances together", true, true)}) {
       Rays rays = of_kind(*world, bundles, ground, own), other = of_kind(*world, trial, ground, own);
       if (rays.segments.empty()) continue;
       if (shuffled) rays.shuffle(1), other.shuffle(2);
-      comparisons.push_back(bench.compare(std::string(name) + (shuffled ? ", shuffled" : ""), rays, bench.fastest_fallback(other)));
+      comparisons.push_back(
+          bench.compare(std::string(name) + (shuffled ? ", shuffled" : ""), rays, bench.fastest_fallback(other)));
     }
   if (options.format == OutputFormat::json) {
-    Json json{{"tool", "vc-bench"}, {"version", VCD_VERSION}, {"machine", machine_description()}, {"repetitions", options.repetitions},
-              {"scene", options.scene}, {"instances", world->instances.size()}, {"sidecars", options.sidecars}, {"kinds", Json::array()}};
+    Json json{{"tool", "vc-bench"},
+              {"version", VCD_VERSION},
+              {"machine", machine_description()},
+              {"repetitions", options.repetitions},
+              {"scene", options.scene},
+              {"instances", world->instances.size()},
+              {"sidecars", options.sidecars},
+              {"kinds", Json::array()}};
     for (const Comparison& c : comparisons)
-      json["kinds"].push_back({{"name", c.name}, {"segments", c.segments}, {"blocked", c.blocked}, {"differing", c.differing},
-                               {"embree", describe(c.embree, c)}, {"vcd", describe(c.vcd, c)}});
+      json["kinds"].push_back({{"name", c.name},
+                               {"segments", c.segments},
+                               {"blocked", c.blocked},
+                               {"differing", c.differing},
+                               {"embree", describe(c.embree, c)},
+                               {"vcd", describe(c.vcd, c)}});
     print_json(json);
     return kExitOk;
   }
-  std::printf("%s, one thread, %d interleaved repetitions: medians (minimum to maximum)\n", machine_description().c_str(), options.repetitions);
+  std::printf("%s, one thread, %d interleaved repetitions: medians (minimum to maximum)\n",
+              machine_description().c_str(), options.repetitions);
   for (const Comparison& c : comparisons) print(c);
   return kExitOk;
 }

@@ -34,7 +34,8 @@ std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Rec
     // Keep a bundle where the evenly growing quota has room for it.
     seen[kind] += part.segments.size();
     const double share = std::min(1.0, static_cast<double>(most) / static_cast<double>(all[kind]));
-    if (static_cast<double>(kinds[kind].segment_count()) < share * static_cast<double>(seen[kind])) kinds[kind].append(part);
+    if (static_cast<double>(kinds[kind].segment_count()) < share * static_cast<double>(seen[kind]))
+      kinds[kind].append(part);
   });
   return kinds;
 }
@@ -49,35 +50,40 @@ namespace {
 Variant timed(std::string name, const Recording& bundles, std::shared_ptr<ShadowCaster> caster) {
   return {std::move(name), [&bundles, caster] {
             uint8_t blocked[kMaxBundle];
-            for (size_t i = 0; i < bundles.size(); ++i) caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
+            for (size_t i = 0; i < bundles.size(); ++i)
+              caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
           }};
 }
 
 Variant timed_look_up(std::string name, const Recording& bundles, std::shared_ptr<SidecarShadows> caster) {
   return {std::move(name), [&bundles, caster] {
             Visibility answers[kMaxBundle];
-            for (size_t i = 0; i < bundles.size(); ++i) caster->look_up(bundles[i], std::span(answers).first(bundles[i].segments.size()));
+            for (size_t i = 0; i < bundles.size(); ++i)
+              caster->look_up(bundles[i], std::span(answers).first(bundles[i].segments.size()));
           }};
 }
 
-KindCounts count(const World& world, const Recording& bundles, const SidecarVariant& variant, const TestCounter& counter,
-                 EmbreeQuery truth) {
+KindCounts count(const World& world, const Recording& bundles, const SidecarVariant& variant,
+                 const TestCounter& counter, EmbreeQuery truth) {
   size_t pixels = 0;
   for (size_t i = 0; i < bundles.size(); ++i) pixels = std::max<size_t>(pixels, bundles[i].pixel + size_t{1});
   Census census(world, *variant.objects, counter, truth, pixels);
   const auto caster = census.caster();
   uint8_t blocked[kMaxBundle];
-  for (size_t i = 0; i < bundles.size(); ++i) caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
+  for (size_t i = 0; i < bundles.size(); ++i)
+    caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
   return census.take().total();
 }
 
 }  // namespace
 
-Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles, const std::vector<SidecarVariant>& variants,
-                  const TestCounter& counter, EmbreeQuery truth, int repetitions) {
+Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles,
+                  const std::vector<SidecarVariant>& variants, const TestCounter& counter, EmbreeQuery truth,
+                  int repetitions) {
   const std::vector<EmbreeQuery> ways = world.ways_to_trace();
   std::vector<Variant> runs;
-  for (const EmbreeQuery& way : ways) runs.push_back(timed(name_of(way), bundles, std::make_shared<BvhShadows>(world, way)));
+  for (const EmbreeQuery& way : ways)
+    runs.push_back(timed(name_of(way), bundles, std::make_shared<BvhShadows>(world, way)));
   for (const SidecarVariant& v : variants) {
     runs.push_back(timed_look_up(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
     runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));

@@ -16,15 +16,16 @@ struct SidecarVariant {
   ShadowWays ways;
 };
 
-// The bundles of a picture by the kind of their segments, each cut where the kind changes and thinned out evenly to about
-// `most` segments a kind. The kinds of all segments of the recording are counted in `all`.
+// The bundles of a picture by the kind of their segments, each cut where the kind changes and thinned out evenly to
+// about `most` segments a kind. The kinds of all segments of the recording are counted in `all`.
 std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
                                                    std::array<uint64_t, kSegmentKinds>& all);
 
-// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its ways
-// do for such segments; interleaved, nanoseconds a segment, on one thread.
-Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles, const std::vector<SidecarVariant>& variants,
-                  const TestCounter& counter, EmbreeQuery truth, int repetitions);
+// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its
+// ways do for such segments; interleaved, nanoseconds a segment, on one thread.
+Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles,
+                  const std::vector<SidecarVariant>& variants, const TestCounter& counter, EmbreeQuery truth,
+                  int repetitions);
 
 // Segments, answers, wrong answers and the 95 % bound of their share.
 Json describe_counts(const KindCounts& counts);

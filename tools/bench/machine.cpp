@@ -33,24 +33,26 @@ Json describe_machine() {
   utsname system{};
   uname(&system);
   cpu_set_t allowed;
-  return {{"processor", processor_name()},
-          {"threads", std::thread::hardware_concurrency()},
-          {"memory_bytes", static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE))},
-          {"system", std::string(system.sysname) + " " + system.release},
+  return {
+      {"processor", processor_name()},
+      {"threads", std::thread::hardware_concurrency()},
+      {"memory_bytes", static_cast<uint64_t>(sysconf(_SC_PHYS_PAGES)) * static_cast<uint64_t>(sysconf(_SC_PAGESIZE))},
+      {"system", std::string(system.sysname) + " " + system.release},
 #ifdef __clang__
-          {"compiler", "Clang " __clang_version__},
+      {"compiler", "Clang " __clang_version__},
 #else
-          {"compiler", "GCC " __VERSION__},
+      {"compiler", "GCC " __VERSION__},
 #endif
-          {"embree", RTC_VERSION_STRING},
-          {"embree_isa", embree_instructions()},
-          {"pinned", sched_getaffinity(0, sizeof allowed, &allowed) == 0}};
+      {"embree", RTC_VERSION_STRING},
+      {"embree_isa", embree_instructions()},
+      {"pinned", sched_getaffinity(0, sizeof allowed, &allowed) == 0}};
 }
 
 std::string machine_description() {
   const Json m = describe_machine();
   return m["processor"].get<std::string>() + ", " + std::to_string(m["threads"].get<unsigned>()) + " threads; " +
-         m["compiler"].get<std::string>() + "; Embree " + m["embree"].get<std::string>() + ", " + m["embree_isa"].get<std::string>();
+         m["compiler"].get<std::string>() + "; Embree " + m["embree"].get<std::string>() + ", " +
+         m["embree_isa"].get<std::string>();
 }
 
 }  // namespace vcd

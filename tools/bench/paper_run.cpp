@@ -36,8 +36,9 @@ class SceneRun {
 
   std::optional<Error> run() {
     if (scene().contains("request") && scene()["request"] != describe_request())
-      return Error{ErrorCode::difference, request_.name + ": measured with other options: " + scene()["request"].dump() + " there, " +
-                                              describe_request().dump() + " now; give it another name, or another folder with -o"};
+      return Error{ErrorCode::difference,
+                   request_.name + ": measured with other options: " + scene()["request"].dump() + " there, " +
+                       describe_request().dump() + " now; give it another name, or another folder with -o"};
     scene()["request"] = describe_request();
     scene()["status"] = "partial";
     scene().erase("error");
@@ -46,7 +47,8 @@ class SceneRun {
     if (!world) return world.error();
     world_.emplace(std::move(*world));
     describe_world();
-    for (const auto step : {&SceneRun::bake_all, &SceneRun::open_all, &SceneRun::count_all, &SceneRun::time_pictures, &SceneRun::time_kinds}) {
+    for (const auto step : {&SceneRun::bake_all, &SceneRun::open_all, &SceneRun::count_all, &SceneRun::time_pictures,
+                            &SceneRun::time_kinds}) {
       if (auto error = (this->*step)()) return error;
       if (auto error = results_.save()) return error;
     }
@@ -57,7 +59,9 @@ class SceneRun {
  private:
   Json& scene() { return results_.scene(request_.name); }
   Json& variant(const std::string& id) { return Results::variant(scene(), id); }
-  fs::path sidecar_path(const std::string& id) const { return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd"); }
+  fs::path sidecar_path(const std::string& id) const {
+    return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd");
+  }
   std::string label(const std::string& what) const { return request_.name + ": " + what; }
   Json describe_request() const {
     const SceneOptions& o = request_.options;
@@ -65,11 +69,15 @@ class SceneRun {
     Json json{{"source", is_generated_scene(source) ? source : fs::path(source).filename().string()}};
     if (source == "sierpinski") json["level"] = o.generated.level;
     if (source == "hairball")
-      json.update({{"strands", o.generated.hairball.strands}, {"segments", o.generated.hairball.segments},
-                   {"sides", o.generated.hairball.sides}, {"seed", o.generated.hairball.seed}});
+      json.update({{"strands", o.generated.hairball.strands},
+                   {"segments", o.generated.hairball.segments},
+                   {"sides", o.generated.hairball.sides},
+                   {"seed", o.generated.hairball.seed}});
     if (source == "forest")
-      json.update({{"instances", o.generated.forest.instances}, {"species", o.generated.forest.species},
-                   {"leaves", o.generated.forest.leaves}, {"seed", o.generated.forest.seed}});
+      json.update({{"instances", o.generated.forest.instances},
+                   {"species", o.generated.forest.species},
+                   {"leaves", o.generated.forest.leaves},
+                   {"seed", o.generated.forest.seed}});
     if (!is_generated_scene(source)) json.update({{"up", std::string(1, o.up)}, {"turn", o.turn_degrees}});
     return json;
   }
@@ -80,17 +88,21 @@ class SceneRun {
     for (const Json& v : scene().value("variants", Json::array())) {
       if (!v.contains("tree") || !v.contains("bake_seconds")) continue;
       const auto c = Configuration::parse(v["tree"]);
-      if (c && std::none_of(configurations_.begin(), configurations_.end(), [&](const Configuration& o) { return o.id() == c->id(); }))
+      if (c && std::none_of(configurations_.begin(), configurations_.end(),
+                            [&](const Configuration& o) { return o.id() == c->id(); }))
         configurations_.push_back(*c);
     }
   }
 
-  Error stopped() const { return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"}; }
+  Error stopped() const {
+    return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"};
+  }
 
   void describe_world() {
     Json& s = scene();
     s["title"] = request_.name;
-    s["source"] = is_generated_scene(request_.source[0]) ? "generated" : fs::path(request_.source[0]).filename().string();
+    s["source"] =
+        is_generated_scene(request_.source[0]) ? "generated" : fs::path(request_.source[0]).filename().string();
     s["triangles"] = world_->triangles();
     s["objects"] = world_->objects.size();
     s["instances"] = world_->instances.size();
@@ -104,7 +116,8 @@ class SceneRun {
     std::error_code failed;
     for (const char* folder : {"sidecars", "images"}) {
       fs::create_directories(results_.folder() / folder, failed);
-      if (failed) return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
+      if (failed)
+        return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
     }
     for (const Configuration& c : configurations_) {
       BakeOptions bake;
@@ -123,7 +136,8 @@ class SceneRun {
     std::optional<ProgressLine> line(std::in_place, label("baking " + id), options_.quiet);
     bake.stop = interrupted;
     bake.threads = options_.render.threads;
-    const auto baked = bake_world(*world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
+    const auto baked =
+        bake_world(*world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
     line.reset();
     if (interrupted()) return stopped();
     if (!baked) return baked.error();
@@ -157,7 +171,8 @@ class SceneRun {
     SidecarToWrite ship;
     ship.storage = Storage::zstd;
     ship.stop = interrupted;
-    for (const ObjectContents& o : sidecar.contents().objects) ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.margins()});
+    for (const ObjectContents& o : sidecar.contents().objects)
+      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.margins()});
     const fs::path path = sidecar_path(id + "-ship");
     const auto written = write_sidecar(path, ship);
     if (interrupted()) return stopped();
@@ -178,11 +193,13 @@ class SceneRun {
       open_.push_back({id, std::move(*opened)});
     }
     if (!variant("bvh").contains("ways"))
-      variant("bvh")["ways"] = describe_ways(fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
+      variant("bvh")["ways"] = describe_ways(
+          fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
     for (OpenVariant& v : open_) {
       Json& ways = variant(v.id)["ways"];
       if (ways.is_null())
-        ways = describe_ways(fastest_ways(*world_, options_.render, true, [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
+        ways = describe_ways(fastest_ways(*world_, options_.render, true,
+                                          [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
       if (v.id == kBlank)  // what look-ups cost that never answer
         for (Json& kind : ways) kind["look_up"] = true;
       v.ways = ways_of(ways);
@@ -198,7 +215,9 @@ class SceneRun {
   static Json describe_ways(const ShadowWays& ways) {
     Json json = Json::array();
     for (size_t kind = 0; kind < ways.traced.size(); ++kind)
-      json.push_back({{"traced", name_of(ways.traced[kind])}, {"left", name_of(ways.left[kind])}, {"look_up", ways.policy.look_up(static_cast<From>(kind))}});
+      json.push_back({{"traced", name_of(ways.traced[kind])},
+                      {"left", name_of(ways.left[kind])},
+                      {"look_up", ways.policy.look_up(static_cast<From>(kind))}});
     return json;
   }
   static ShadowWays ways_of(const Json& json) {
@@ -210,12 +229,15 @@ class SceneRun {
     ShadowWays ways;
     for (size_t kind = 0; kind < ways.traced.size(); ++kind) {
       ways.traced[kind] = named(json[kind]["traced"]), ways.left[kind] = named(json[kind]["left"]);
-      ways.policy.fix(static_cast<From>(kind), json[kind]["look_up"] ? LookUpPolicy::Use::always : LookUpPolicy::Use::never);
+      ways.policy.fix(static_cast<From>(kind),
+                      json[kind]["look_up"] ? LookUpPolicy::Use::always : LookUpPolicy::Use::never);
     }
     return ways;
   }
 
-  std::unique_ptr<ShadowCaster> bvh_caster(const ShadowWays& ways) const { return std::make_unique<BvhShadows>(*world_, ways); }
+  std::unique_ptr<ShadowCaster> bvh_caster(const ShadowWays& ways) const {
+    return std::make_unique<BvhShadows>(*world_, ways);
+  }
   std::unique_ptr<ShadowCaster> vcd_caster(const std::vector<Object>& objects, const ShadowWays& ways) const {
     return std::make_unique<SidecarShadows>(*world_, objects, ways);
   }
@@ -230,9 +252,9 @@ class SceneRun {
 
   // The BVH's picture first: all others are held against it.
   std::optional<Error> count_all() {
-    const bool all_there = variant("bvh").contains("tests") && std::all_of(open_.begin(), open_.end(), [&](const OpenVariant& v) {
-      return variant(v.id).contains("segments");
-    });
+    const bool all_there = variant("bvh").contains("tests") &&
+                           std::all_of(open_.begin(), open_.end(),
+                                       [&](const OpenVariant& v) { return variant(v.id).contains("segments"); });
     if (all_there) return std::nullopt;
     if (auto error = count_bvh()) return error;
     for (const OpenVariant& v : open_) {
@@ -285,11 +307,13 @@ class SceneRun {
     v["rmse"] = difference.rmse;
     v["max_difference"] = difference.maximum;
     if (open.id == kBlank) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
-    const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples * static_cast<double>(world_->lights.size());
-    for (const auto& error : {write_image(v, open.id, "shaded", tone_mapped(rendered->image)),
-                              write_counts(v, open.id, "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel"),
-                              write_counts(v, open.id, "fallback", pass.pixel_open, most, "shadow rays a pixel that needed the BVH"),
-                              write_image(v, open.id, "difference", amplified_difference(bvh_image_, rendered->image, kAmplify))})
+    const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples *
+                        static_cast<double>(world_->lights.size());
+    for (const auto& error :
+         {write_image(v, open.id, "shaded", tone_mapped(rendered->image)),
+          write_counts(v, open.id, "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel"),
+          write_counts(v, open.id, "fallback", pass.pixel_open, most, "shadow rays a pixel that needed the BVH"),
+          write_image(v, open.id, "difference", amplified_difference(bvh_image_, rendered->image, kAmplify))})
       if (error) return error;
     v["difference_factor"] = kAmplify;
     v["segments"] = total.segments;  // last: it says that this step is done
@@ -303,21 +327,27 @@ class SceneRun {
   }
   std::optional<Error> write_counts(Json& v, const std::string& id, const char* view, const std::vector<double>& counts,
                                     double scale, const std::string& caption) {
-    return write_image(v, id, view, false_colour(counts, options_.render.width, options_.render.height, scale, caption));
+    return write_image(v, id, view,
+                       false_colour(counts, options_.render.width, options_.render.height, scale, caption));
   }
 
   // Whole pictures, every variant in turn, again and again.
   std::optional<Error> time_pictures() {
     std::vector<std::string> ids = {"bvh", kSingle};
     for (const OpenVariant& v : open_) ids.push_back(v.id);
-    if (std::all_of(ids.begin(), ids.end(), [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
+    if (std::all_of(ids.begin(), ids.end(),
+                    [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
       return std::nullopt;
     std::vector<std::vector<double>> whole(ids.size()), shadow(ids.size());
     for (int r = 0; r < options_.repetitions; ++r)
       for (size_t i = 0; i < ids.size(); ++i) {
-        const auto rendered = picture("timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i], [&] {
-          return i == 0 ? bvh_caster(bvh_ways_) : i == 1 ? bvh_caster(EmbreeQuery{1}) : vcd_caster(open_[i - 2].sidecars.objects, open_[i - 2].ways);
-        });
+        const auto rendered = picture(
+            "timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i],
+            [&] {
+              return i == 0   ? bvh_caster(bvh_ways_)
+                     : i == 1 ? bvh_caster(EmbreeQuery{1})
+                              : vcd_caster(open_[i - 2].sidecars.objects, open_[i - 2].ways);
+            });
         if (!rendered) return stopped();
         whole[i].push_back(rendered->seconds);
         shadow[i].push_back(rendered->shadow_seconds);
@@ -343,11 +373,13 @@ class SceneRun {
     for (size_t k = 0; k < kSegmentKinds; ++k) {
       if (kinds[k].segment_count() == 0) continue;
       if (interrupted()) return stopped();
-      ProgressLine line(label("timing, " + std::string(segment_kind_name(static_cast<SegmentKind>(k)))), options_.quiet);
+      ProgressLine line(label("timing, " + std::string(segment_kind_name(static_cast<SegmentKind>(k)))),
+                        options_.quiet);
       line.update({static_cast<double>(k) / kSegmentKinds, kinds[k].segment_count(), 0});
-      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_, bvh_ways_.traced[0],
-                                      options_.repetitions));
-      measured.back()["share"] = static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
+      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_,
+                                      bvh_ways_.traced[0], options_.repetitions));
+      measured.back()["share"] =
+          static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
     }
     scene()["kinds"] = measured;
     return std::nullopt;
@@ -357,7 +389,8 @@ class SceneRun {
     if (!scene().contains("kinds")) return false;
     for (const Json& kind : scene()["kinds"])
       for (const OpenVariant& v : open_)
-        if (v.id != kBlank && std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
+        if (v.id != kBlank &&
+            std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
           return false;
     return true;
   }
@@ -397,7 +430,8 @@ std::string Configuration::text() const {
 }
 
 std::string Configuration::id() const {
-  return "d" + std::to_string(depth) + "-" + (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
+  return "d" + std::to_string(depth) + "-" +
+         (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
 }
 
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {

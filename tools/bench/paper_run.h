@@ -44,9 +44,9 @@ struct PaperRunOptions {
   bool quiet = false;
 };
 
-// Goes through all that `results` lacks, saving after each step; the steps are baking each tree, counting with each, timing
-// them all, and timing segments by kind. A scene that fails leaves its error in the results and the others go on. Returns
-// the exit code of each scene.
+// Goes through all that `results` lacks, saving after each step; the steps are baking each tree, counting with each,
+// timing them all, and timing segments by kind. A scene that fails leaves its error in the results and the others go
+// on. Returns the exit code of each scene.
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results);
 
 }  // namespace vcd

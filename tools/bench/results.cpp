@@ -29,13 +29,14 @@ Result<Results> Results::open(const fs::path& folder, const Json& head) {
     std::ifstream file(path);
     if (!file) return Error{ErrorCode::io, path.string() + ": cannot be read"};
     results.json_ = Json::parse(file, nullptr, false);
-    if (!results.json_.is_object() || results.json_.value("tool", "") != "vc-bench" || !results.json_["scenes"].is_array())
+    if (!results.json_.is_object() || results.json_.value("tool", "") != "vc-bench" ||
+        !results.json_["scenes"].is_array())
       return Error{ErrorCode::invalid_file, path.string() + ": not the results of vc-bench"};
     for (const char* key : {"format", "version", "settings", "machine"})
       if (results.json_.value(key, Json()) != head.value(key, Json()))
         return Error{ErrorCode::difference, path.string() + ": measured with other " + key + ": " +
-                                                results.json_.value(key, Json()).dump() + " there, " + head.value(key, Json()).dump() +
-                                                " now; give another folder with -o"};
+                                                results.json_.value(key, Json()).dump() + " there, " +
+                                                head.value(key, Json()).dump() + " now; give another folder with -o"};
     results.json_["command"] = head["command"];
   } else {
     results.json_ = head;

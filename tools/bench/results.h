@@ -1,5 +1,5 @@
-// Everything that a run has measured so far: one JSON file that is replaced whole after each measurement, so that a run can
-// be stopped at any moment and go on later.
+// Everything that a run has measured so far: one JSON file that is replaced whole after each measurement, so that a run
+// can be stopped at any moment and go on later.
 #pragma once
 
 #include <filesystem>
@@ -12,9 +12,9 @@ namespace vcd {
 
 class Results {
  public:
-  // Opens folder/results.json, or begins it. head: tool, settings and machine. Errors: io (the folder cannot be made or read);
-  // invalid_file (not such a file); difference (it was measured with other settings or on another machine, and figures of
-  // both would stand side by side).
+  // Opens folder/results.json, or begins it. head: tool, settings and machine. Errors: io (the folder cannot be made or
+  // read); invalid_file (not such a file); difference (it was measured with other settings or on another machine, and
+  // figures of both would stand side by side).
   static Result<Results> open(const std::filesystem::path& folder, const Json& head);
 
   // The scene's entry, made if there is none. Changes reach the disk with save().

@@ -37,7 +37,8 @@ struct Comparison {
   std::vector<Timing> embree, look_ups, wholes;
 
   static const Timing& fastest(const std::vector<Timing>& timings) {
-    return *std::min_element(timings.begin(), timings.end(), [](const Timing& a, const Timing& b) { return a.median < b.median; });
+    return *std::min_element(timings.begin(), timings.end(),
+                             [](const Timing& a, const Timing& b) { return a.median < b.median; });
   }
 };
 
@@ -70,11 +71,13 @@ struct Opened {
 
 class Bench {
  public:
-  Bench(const Opened& opened, RTCScene scene, int repetitions) : opened_(opened), scene_(scene), repetitions_(repetitions) {}
+  Bench(const Opened& opened, RTCScene scene, int repetitions)
+      : opened_(opened), scene_(scene), repetitions_(repetitions) {}
 
   // fallback: the packets for what look-ups of arrays leave open; chosen on other segments than these.
   // bundles: the same segments in the same order, or nothing.
-  Comparison compare(const std::vector<Segment>& segments, EmbreeQuery fallback, std::span<const QuadBundle> bundles = {}) const;
+  Comparison compare(const std::vector<Segment>& segments, EmbreeQuery fallback,
+                     std::span<const QuadBundle> bundles = {}) const;
 
   // Embree's fastest way through these segments.
   EmbreeQuery fastest_way(const std::vector<Segment>& segments) const {
@@ -105,7 +108,8 @@ class Bench {
   int repetitions_;
 };
 
-Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fallback, std::span<const QuadBundle> bundles) const {
+Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fallback,
+                          std::span<const QuadBundle> bundles) const {
   Comparison result;
   result.segments = segments.size();
   const Object single = object(0);
@@ -131,7 +135,8 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
   for (size_t k = 0; k < opened_.names.size(); ++k)
     variants.push_back({opened_.names[k] + ", array of structures", [&, k] {
                           Visibility answers[kArray];
-                          in_parts(segments, [&](std::span<const Segment> part, size_t) { object(k).classify(part, answers); });
+                          in_parts(segments,
+                                   [&](std::span<const Segment> part, size_t) { object(k).classify(part, answers); });
                         }});
   const Columns columns(segments);
   for (size_t k = 0; k < opened_.names.size(); ++k)
@@ -151,10 +156,11 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
   std::vector<Segment> left_open;
   for (const Segment& s : segments)
     if (single.classify(s) == Visibility::unclassified) left_open.push_back(s);
-  variants.push_back({"what look-ups leave alone, " + name_of(fallback), [&] {
-                        uint8_t blocked[kArray];
-                        in_parts(left_open, [&](std::span<const Segment> part, size_t) { occluded(scene_, fallback, part, blocked); });
-                      }});
+  variants.push_back(
+      {"what look-ups leave alone, " + name_of(fallback), [&] {
+         uint8_t blocked[kArray];
+         in_parts(left_open, [&](std::span<const Segment> part, size_t) { occluded(scene_, fallback, part, blocked); });
+       }});
   variants.push_back({"single calls, then rtcOccluded1", [&] {
                         RTCIntersectContext context;
                         rtcInitIntersectContext(&context);
@@ -183,24 +189,29 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
   // After each bundle, and from a queue of what several leave.
   for (const size_t queue : {kLightSamples, kArray}) {
     if (bundles.empty()) continue;
-    variants.push_back({opened_.names[0] + (queue == kArray ? " bundles, queue, then " : " bundles, then ") + name_of(fallback), [&, queue] {
-                          uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
-                          std::array<Segment, kArray + kLightSamples> left;
-                          uint8_t traced[kArray + kLightSamples];
-                          size_t count = 0;
-                          for (size_t b = 0; b < bundles.size(); ++b) {
-                            single.classify(bundles[b], blocked, open);
-                            for (size_t w = 0; w < std::size(open); ++w)
-                              for (uint64_t rest = open[w]; rest; rest &= rest - 1)
-                                left[count++] = segments[b * kLightSamples + 64 * w + static_cast<size_t>(std::countr_zero(rest))];
-                            if (count < queue && queue == kArray && b + 1 < bundles.size()) continue;
-                            occluded(scene_, fallback, std::span(left).first(count), traced);
-                            count = 0;
-                          }
-                        }});
+    variants.push_back(
+        {opened_.names[0] + (queue == kArray ? " bundles, queue, then " : " bundles, then ") + name_of(fallback),
+         [&, queue] {
+           uint64_t blocked[kLightSamples / 64], open[kLightSamples / 64];
+           std::array<Segment, kArray + kLightSamples> left;
+           uint8_t traced[kArray + kLightSamples];
+           size_t count = 0;
+           for (size_t b = 0; b < bundles.size(); ++b) {
+             single.classify(bundles[b], blocked, open);
+             for (size_t w = 0; w < std::size(open); ++w)
+               for (uint64_t rest = open[w]; rest; rest &= rest - 1)
+                 left[count++] = segments[b * kLightSamples + 64 * w + static_cast<size_t>(std::countr_zero(rest))];
+             if (count < queue && queue == kArray && b + 1 < bundles.size()) continue;
+             occluded(scene_, fallback, std::span(left).first(count), traced);
+             count = 0;
+           }
+         }});
   }
   const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
-  const auto part = [&](size_t from, size_t to) { return std::vector<Timing>(timings.begin() + static_cast<std::ptrdiff_t>(from), timings.begin() + static_cast<std::ptrdiff_t>(to)); };
+  const auto part = [&](size_t from, size_t to) {
+    return std::vector<Timing>(timings.begin() + static_cast<std::ptrdiff_t>(from),
+                               timings.begin() + static_cast<std::ptrdiff_t>(to));
+  };
   result.embree = part(0, first_look_up);
   result.look_ups = part(first_look_up, first_whole);
   result.wholes = part(first_whole, timings.size());
@@ -212,27 +223,37 @@ Json describe(const std::vector<Timing>& timings, const Comparison& c) {
   const double scale = 1e9 / static_cast<double>(c.segments);
   Json json = Json::array();
   for (const Timing& t : timings)
-    json.push_back({{"name", t.name}, {"median_ns", t.median * scale}, {"minimum_ns", t.minimum * scale},
-                    {"maximum_ns", t.maximum * scale}, {"speed_up", Comparison::fastest(c.embree).median / t.median}});
+    json.push_back({{"name", t.name},
+                    {"median_ns", t.median * scale},
+                    {"minimum_ns", t.minimum * scale},
+                    {"maximum_ns", t.maximum * scale},
+                    {"speed_up", Comparison::fastest(c.embree).median / t.median}});
   return json;
 }
 
 Json describe(const Comparison& c) {
-  return {{"segments", c.segments}, {"answered", c.answered}, {"blocked_by_bvh", c.blocked_bvh},
-          {"blocked_with_sidecar", c.blocked_both}, {"wrong", c.wrong}, {"best_embree", Comparison::fastest(c.embree).name},
-          {"embree", describe(c.embree, c)}, {"look_ups", describe(c.look_ups, c)}, {"with_sidecar", describe(c.wholes, c)}};
+  return {{"segments", c.segments},
+          {"answered", c.answered},
+          {"blocked_by_bvh", c.blocked_bvh},
+          {"blocked_with_sidecar", c.blocked_both},
+          {"wrong", c.wrong},
+          {"best_embree", Comparison::fastest(c.embree).name},
+          {"embree", describe(c.embree, c)},
+          {"look_ups", describe(c.look_ups, c)},
+          {"with_sidecar", describe(c.wholes, c)}};
 }
 
 void print(const char* what, const Comparison& c) {
   const auto percent = [&](uint64_t n) { return 100 * static_cast<double>(n) / static_cast<double>(c.segments); };
   std::printf("%s: %llu segments\n", what, static_cast<unsigned long long>(c.segments));
-  std::printf("  blocked by the BVH %.4f %%, with the sidecar %.4f %%; %.4f %% of all answers differ; %.1f %% need no BVH\n",
-              percent(c.blocked_bvh), percent(c.blocked_both), percent(c.wrong), percent(c.answered));
+  std::printf(
+      "  blocked by the BVH %.4f %%, with the sidecar %.4f %%; %.4f %% of all answers differ; %.1f %% need no BVH\n",
+      percent(c.blocked_bvh), percent(c.blocked_both), percent(c.wrong), percent(c.answered));
   const double best = Comparison::fastest(c.embree).median, scale = 1e9 / static_cast<double>(c.segments);
   for (const auto* group : {&c.embree, &c.look_ups, &c.wholes})
     for (const Timing& t : *group)
-      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(), t.median * scale,
-                  t.minimum * scale, t.maximum * scale, best / t.median);
+      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
+                  t.median * scale, t.minimum * scale, t.maximum * scale, best / t.median);
 }
 
 }  // namespace
@@ -249,7 +270,8 @@ int run_segments(const SegmentsOptions& options) {
   const Sidecar& sidecar = opened.sidecars[0];
   if (options.object >= sidecar.object_count())
     return print_error(options.sidecar + ": it has no such object"), exit_code(ErrorCode::usage);
-  const auto loaded = TracedMesh::load(options.mesh, &sidecar.contents(), &sidecar.object(options.object).record().geometry_hash);
+  const auto loaded =
+      TracedMesh::load(options.mesh, &sidecar.contents(), &sidecar.object(options.object).record().geometry_hash);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
 
   const PreparedMesh& mesh = loaded->mesh;
@@ -258,13 +280,22 @@ int run_segments(const SegmentsOptions& options) {
     return bench.compare(segments_of(options.points, 7), bench.fastest_way(segments_of(options.points / 8 + 1, 1007)));
   };
   const LightBundles rays = shadow_rays(mesh, options.points, 7);
-  const auto shadow = bench.compare(rays.segments, bench.fastest_way(shadow_rays(mesh, options.points / 8 + 1, 1007).segments), rays.bundles);
-  const auto bundles = measured([&](size_t points, uint64_t seed) { return piercing_bundles(mesh, points / 32 + 1, 128, seed); });
-  const auto chords = measured([&](size_t points, uint64_t seed) { return audit_segments(mesh, AuditKind::chords, seed, points * 128); });
+  const auto shadow = bench.compare(
+      rays.segments, bench.fastest_way(shadow_rays(mesh, options.points / 8 + 1, 1007).segments), rays.bundles);
+  const auto bundles =
+      measured([&](size_t points, uint64_t seed) { return piercing_bundles(mesh, points / 32 + 1, 128, seed); });
+  const auto chords = measured(
+      [&](size_t points, uint64_t seed) { return audit_segments(mesh, AuditKind::chords, seed, points * 128); });
   if (options.format == OutputFormat::json) {
-    print_json({{"tool", "vc-bench"}, {"version", VCD_VERSION}, {"machine", machine_description()},
-                {"repetitions", options.repetitions}, {"sidecar", options.sidecar}, {"mesh", options.mesh},
-                {"shadow_rays", describe(shadow)}, {"bundles", describe(bundles)}, {"chords", describe(chords)}});
+    print_json({{"tool", "vc-bench"},
+                {"version", VCD_VERSION},
+                {"machine", machine_description()},
+                {"repetitions", options.repetitions},
+                {"sidecar", options.sidecar},
+                {"mesh", options.mesh},
+                {"shadow_rays", describe(shadow)},
+                {"bundles", describe(bundles)},
+                {"chords", describe(chords)}});
     return kExitOk;
   }
   std::printf("%s, one thread, %d interleaved repetitions: medians (minimum to maximum)\n",

@@ -46,7 +46,8 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
     made.files.push_back(std::move(*bytes));
   }
   for (size_t i : {0, 1, 2, 1}) {
-    auto opened = Sidecar::open_buffer({made.files[i].data.get(), made.files[i].size}, {.proven_only = made.sidecars.size() == 3});
+    auto opened = Sidecar::open_buffer({made.files[i].data.get(), made.files[i].size},
+                                       {.proven_only = made.sidecars.size() == 3});
     if (!opened) return opened.error();
     made.sidecars.push_back(std::move(*opened));
   }
@@ -64,7 +65,9 @@ StabilityPoint ask(const StabilityMesh& subject, const SegmentMaker& maker, uint
   for (uint64_t i = 0; i < rays; ++i) {
     const bool blocked = truth[i] != 0;
     point.blocked += blocked;
-    const auto is_wrong = [&](Visibility answer) { return answer != Visibility::unclassified && (answer == Visibility::blocked) != blocked; };
+    const auto is_wrong = [&](Visibility answer) {
+      return answer != Visibility::unclassified && (answer == Visibility::blocked) != blocked;
+    };
     for (size_t m = 0; m < 3; ++m) {
       const Visibility answer = subject.sidecars[m].object(0).classify(segments[i]);
       point.counts[m].resolved += answer != Visibility::unclassified;
@@ -88,23 +91,32 @@ std::vector<StabilitySweep> stability_sweeps(bool quick) {
   const uint64_t rays = quick ? 2000 : 20000;
   const auto powers = [&](int first, int last) {
     std::vector<double> values;
-    for (int e = first; e <= last; e += quick ? std::max(1, (last - first) / 3) : std::max(1, (last - first) / 12)) values.push_back(std::pow(10.0, e));
+    for (int e = first; e <= last; e += quick ? std::max(1, (last - first) / 3) : std::max(1, (last - first) / 12))
+      values.push_back(std::pow(10.0, e));
     return values;
   };
   const auto sphere = [] { return stability_sphere(); };
   std::vector<StabilitySweep> sweeps;
-  const auto sweep = [&](const char* id, const char* title, const char* parameter, const char* scale) -> StabilitySweep& {
+  const auto sweep = [&](const char* id, const char* title, const char* parameter,
+                         const char* scale) -> StabilitySweep& {
     sweeps.push_back({id, title, parameter, scale, {}});
     return sweeps.back();
   };
 
   StabilitySweep& origin = sweep("origin-distance", "The origin far away", "distance of the origin, boxes", "log");
-  for (double d : powers(0, 7)) origin.points.push_back({d, origin.points.empty() ? std::function<SourceMesh()>(sphere) : nullptr, from_boxes_away(d), rays});
+  for (double d : powers(0, 7))
+    origin.points.push_back(
+        {d, origin.points.empty() ? std::function<SourceMesh()>(sphere) : nullptr, from_boxes_away(d), rays});
 
-  StabilitySweep& far = sweep("mesh-distance", "The mesh far from its frame's origin", "distance of the mesh, its own sizes", "log");
+  StabilitySweep& far =
+      sweep("mesh-distance", "The mesh far from its frame's origin", "distance of the mesh, its own sizes", "log");
   for (double d : powers(0, 7)) {
     const auto x = static_cast<float>(d);
-    far.points.push_back({d, [x] { return shifted(stability_sphere(), {2 * x, -x, 0.5f * x}); }, from_boxes_away(2), rays});
+    far.points.push_back({d,
+                          [x] {
+                            return shifted(stability_sphere(), {2 * x, -x, 0.5f * x});
+                          },
+                          from_boxes_away(2), rays});
   }
   StabilitySweep& aspect = sweep("aspect", "A flat box", "extent of the box along x and y over that along z", "log");
   for (double d : powers(0, 6)) {
@@ -130,7 +142,8 @@ std::vector<StabilitySweep> stability_sweeps(bool quick) {
   return sweeps;
 }
 
-void run_sweep(const StabilitySweep& sweep, uint32_t depth, const std::function<void(size_t, const StabilityPoint&)>& visit) {
+void run_sweep(const StabilitySweep& sweep, uint32_t depth,
+               const std::function<void(size_t, const StabilityPoint&)>& visit) {
   std::optional<StabilityMesh> subject;
   std::string refused;
   for (size_t i = 0; i < sweep.points.size() && !interrupted(); ++i) {
@@ -153,30 +166,44 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   std::filesystem::create_directories(options.folder, failed);
   if (failed) return print_error(options.folder + ": cannot be made: " + failed.message()), exit_code(ErrorCode::io);
   catch_interruptions();
-  Json all{{"tool", "vc-bench stability"}, {"version", VCD_VERSION}, {"command", command}, {"machine", describe_machine()}, {"depth", options.depth}};
+  Json all{{"tool", "vc-bench stability"},
+           {"version", VCD_VERSION},
+           {"command", command},
+           {"machine", describe_machine()},
+           {"depth", options.depth}};
   all["methods"] = kStabilityMethods;
   all["sweeps"] = Json::array();
   uint64_t wrong_proofs = 0;
   for (const StabilitySweep& sweep : stability_sweeps(options.quick)) {
-    Json json{{"id", sweep.id}, {"title", sweep.title}, {"parameter", sweep.parameter}, {"scale", sweep.scale}, {"points", Json::array()}};
+    Json json{{"id", sweep.id},
+              {"title", sweep.title},
+              {"parameter", sweep.parameter},
+              {"scale", sweep.scale},
+              {"points", Json::array()}};
     if (format == OutputFormat::text)
-      std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %8s %8s\n", sweep.title.c_str(), options.depth,
-                  sweep.parameter.substr(0, 22).c_str(), "rays", "blocked", "proven", "hybrid", "256 samples", "Embree", "ROBUST");
+      std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %8s %8s\n", sweep.title.c_str(),
+                  options.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked", "proven", "hybrid",
+                  "256 samples", "Embree", "ROBUST");
     run_sweep(sweep, options.depth, [&](size_t i, const StabilityPoint& p) {
       wrong_proofs += p.counts[0].wrong + p.wrong_proven;
       Json point{{"x", sweep.points[i].x}, {"rays", p.rays}, {"blocked", p.blocked}, {"results", Json::object()}};
-      const std::string x = sweep.points[i].x.is_string() ? sweep.points[i].x.get<std::string>() : sweep.points[i].x.dump();
+      const std::string x =
+          sweep.points[i].x.is_string() ? sweep.points[i].x.get<std::string>() : sweep.points[i].x.dump();
       if (!p.refused.empty()) {
         for (size_t m = 0; m < 3; ++m) point["refused"][kStabilityMethods[m]] = p.refused;
         if (format == OutputFormat::text) std::printf("  %-22s refused: %s\n", x.c_str(), p.refused.c_str());
       } else {
         for (size_t m = 0; m < kStabilityMethodCount; ++m)
           point["results"][kStabilityMethods[m]] = {{"wrong", p.counts[m].wrong}, {"resolved", p.counts[m].resolved}};
-        const auto cell = [](const StabilityCounts& c) { return std::to_string(c.wrong) + " of " + std::to_string(c.resolved); };
+        const auto cell = [](const StabilityCounts& c) {
+          return std::to_string(c.wrong) + " of " + std::to_string(c.resolved);
+        };
         if (format == OutputFormat::text)
-          std::printf("  %-22s %8llu %8llu %16s %16s %16s %8llu %8llu\n", x.c_str(), static_cast<unsigned long long>(p.rays),
-                      static_cast<unsigned long long>(p.blocked), cell(p.counts[0]).c_str(), cell(p.counts[1]).c_str(), cell(p.counts[2]).c_str(),
-                      static_cast<unsigned long long>(p.counts[3].wrong), static_cast<unsigned long long>(p.counts[4].wrong));
+          std::printf("  %-22s %8llu %8llu %16s %16s %16s %8llu %8llu\n", x.c_str(),
+                      static_cast<unsigned long long>(p.rays), static_cast<unsigned long long>(p.blocked),
+                      cell(p.counts[0]).c_str(), cell(p.counts[1]).c_str(), cell(p.counts[2]).c_str(),
+                      static_cast<unsigned long long>(p.counts[3].wrong),
+                      static_cast<unsigned long long>(p.counts[4].wrong));
         std::fflush(stdout);
       }
       json["points"].push_back(point);
@@ -187,9 +214,11 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   const std::string text = all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
   AtomicFile file(std::filesystem::path(options.folder) / "stability.json");
   file.append(std::as_bytes(std::span(text)));
-  if (const auto written = file.commit(); !written) return print_error(written.error().message), exit_code(written.error().code);
+  if (const auto written = file.commit(); !written)
+    return print_error(written.error().message), exit_code(written.error().code);
   if (format == OutputFormat::json) print_json(all);
-  if (wrong_proofs > 0) return print_error(std::to_string(wrong_proofs) + " proven answers are wrong"), exit_code(ErrorCode::difference);
+  if (wrong_proofs > 0)
+    return print_error(std::to_string(wrong_proofs) + " proven answers are wrong"), exit_code(ErrorCode::difference);
   return kExitOk;
 }
 

@@ -1,4 +1,5 @@
-// Where methods fail: wrong and resolved answers of sidecars and of Embree while one parameter is driven to its extremes.
+// Where methods fail: wrong and resolved answers of sidecars and of Embree while one parameter is driven to its
+// extremes.
 #pragma once
 
 #include <functional>
@@ -24,7 +25,7 @@ struct StabilityPoint {
   uint64_t rays = 0, blocked = 0;  // the latter by the referee
   std::string refused;             // why no sidecar could be baked; then the first three counts are 0
   StabilityCounts counts[kStabilityMethodCount];
-  uint64_t wrong_proven = 0;       // of hybrid's answers, with proofs alone
+  uint64_t wrong_proven = 0;  // of hybrid's answers, with proofs alone
 };
 
 struct StabilityMesh;  // a mesh with its sidecars, tracers and referee
@@ -44,7 +45,8 @@ struct StabilitySweep {
 std::vector<StabilitySweep> stability_sweeps(bool quick);
 
 // Runs one sweep; visit(point index, what came of it).
-void run_sweep(const StabilitySweep& sweep, uint32_t depth, const std::function<void(size_t, const StabilityPoint&)>& visit);
+void run_sweep(const StabilitySweep& sweep, uint32_t depth,
+               const std::function<void(size_t, const StabilityPoint&)>& visit);
 
 struct StabilityOptions {
   std::string folder;
@@ -52,7 +54,8 @@ struct StabilityOptions {
   uint32_t depth = 4;
 };
 
-// All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof was wrong.
+// All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof
+// was wrong.
 int run_stability(const StabilityOptions& options, const std::string& command, OutputFormat format);
 
 }  // namespace vcd

@@ -68,7 +68,8 @@ SourceMesh moebius() {
   SourceMesh mesh{"moebius", 0, {}, {}};
   for (uint32_t i = 0; i < kSteps; ++i)
     for (float side : {-0.35f, 0.35f}) {
-      const float phi = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kSteps, r = 1 + side * std::cos(phi / 2);
+      const float phi = 2 * std::numbers::pi_v<float> * static_cast<float>(i) / kSteps,
+                  r = 1 + side * std::cos(phi / 2);
       mesh.positions.push_back({r * std::cos(phi), r * std::sin(phi), side * std::sin(phi / 2)});
     }
   for (uint32_t i = 0; i < kSteps; ++i) {
@@ -84,11 +85,14 @@ SourceMesh moebius() {
 
 SourceMesh stability_sphere(uint32_t rings, uint32_t segments) {
   SourceMesh mesh{"sphere", 0, {{0, 1, 0}}, {}};
-  const auto at = [&](uint32_t ring, uint32_t s) { return ring == 0 ? 0 : ring == rings ? 1 + (rings - 1) * segments : 1 + (ring - 1) * segments + s % segments; };
+  const auto at = [&](uint32_t ring, uint32_t s) {
+    return ring == 0 ? 0 : ring == rings ? 1 + (rings - 1) * segments : 1 + (ring - 1) * segments + s % segments;
+  };
   for (uint32_t r = 1; r < rings; ++r)
     for (uint32_t s = 0; s < segments; ++s) {
       const double theta = std::numbers::pi * r / rings, phi = 2 * std::numbers::pi * s / segments;
-      mesh.positions.push_back({static_cast<float>(std::sin(theta) * std::cos(phi)), static_cast<float>(std::cos(theta)),
+      mesh.positions.push_back({static_cast<float>(std::sin(theta) * std::cos(phi)),
+                                static_cast<float>(std::cos(theta)),
                                 static_cast<float>(std::sin(theta) * std::sin(phi))});
     }
   mesh.positions.push_back({0, -1, 0});
@@ -150,11 +154,14 @@ std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_tr
   for (TriangleIndices t : sphere.triangles) duplicated.triangles.push_back({t[1], t[0], t[2]});
   // A square of two triangles beside one of four: a vertex in the middle of an edge.
   SourceMesh junction{"t-junction", 0, {}, {}};
-  add_triangle(junction, {0, 0, 0}, {1, 0, 0}, {1, 1, 0.2f}), add_triangle(junction, {0, 0, 0}, {1, 1, 0.2f}, {0, 1, 0.2f});
-  add_triangle(junction, {1, 0, 0}, {2, 0, 0}, {1, 0.5f, 0.1f}), add_triangle(junction, {1, 0.5f, 0.1f}, {2, 0, 0}, {2, 1, 0.2f});
+  add_triangle(junction, {0, 0, 0}, {1, 0, 0}, {1, 1, 0.2f}),
+      add_triangle(junction, {0, 0, 0}, {1, 1, 0.2f}, {0, 1, 0.2f});
+  add_triangle(junction, {1, 0, 0}, {2, 0, 0}, {1, 0.5f, 0.1f}),
+      add_triangle(junction, {1, 0.5f, 0.1f}, {2, 0, 0}, {2, 1, 0.2f});
   add_triangle(junction, {1, 0.5f, 0.1f}, {2, 1, 0.2f}, {1, 1, 0.2f});
   SourceMesh bow_tie{"bow-tie", 0, {}, {}};
-  add_triangle(bow_tie, {0, 0, 0}, {-1, -0.5f, 0.3f}, {-1, 0.5f, -0.2f}), add_triangle(bow_tie, {0, 0, 0}, {1, -0.5f, 0.1f}, {1, 0.5f, 0.4f});
+  add_triangle(bow_tie, {0, 0, 0}, {-1, -0.5f, 0.3f}, {-1, 0.5f, -0.2f}),
+      add_triangle(bow_tie, {0, 0, 0}, {1, -0.5f, 0.1f}, {1, 0.5f, 0.4f});
   SourceMesh fins{"non-manifold", 0, {}, {}};
   for (int i = 0; i < 5; ++i) {
     const float phi = 1.2566f * static_cast<float>(i), c = std::cos(phi), s = std::sin(phi);
@@ -162,10 +169,17 @@ std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_tr
   }
   SourceMesh one{"triangle", 0, {}, {}};
   add_triangle(one, {0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f});
-  return {{"closed", sphere}, {"open", open}, {"inverted", inverted},
-          {"self-intersecting", join(sphere, shifted(sphere, {0.7f, 0.3f, 0.1f}))}, {"duplicated", duplicated},
-          {"T-junction", junction}, {"bow-tie", bow_tie}, {"non-manifold", fins}, {"Möbius strip", moebius()},
-          {"one triangle", one}, {"soup", stability_soup(soup_triangles)}};
+  return {{"closed", sphere},
+          {"open", open},
+          {"inverted", inverted},
+          {"self-intersecting", join(sphere, shifted(sphere, {0.7f, 0.3f, 0.1f}))},
+          {"duplicated", duplicated},
+          {"T-junction", junction},
+          {"bow-tie", bow_tie},
+          {"non-manifold", fins},
+          {"Möbius strip", moebius()},
+          {"one triangle", one},
+          {"soup", stability_soup(soup_triangles)}};
 }
 
 Segment through_the_box(const PreparedMesh& mesh, Random& random, double boxes) {
@@ -200,17 +214,22 @@ std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {
     return s;
   };
   return {
-      {"along an axis", [=](const PreparedMesh& m, Random& r) { return through(m, point_in_box(m, r), axis_of(r), 2, 2); }},
-      {"in a face of the box", [=](const PreparedMesh& m, Random& r) {
+      {"along an axis",
+       [=](const PreparedMesh& m, Random& r) { return through(m, point_in_box(m, r), axis_of(r), 2, 2); }},
+      {"in a face of the box",
+       [=](const PreparedMesh& m, Random& r) {
          const Vec p = on_bounds(m, r, 1);
          Vec d = direction(r);
          for (size_t a = 0; a < 3; ++a)
            if (p[a] == static_cast<double>(m.box_min[a]) || p[a] == static_cast<double>(m.box_max[a])) d[a] = 0;
          return through(m, p, d, 2, 2);
        }},
-      {"through a box edge", [=](const PreparedMesh& m, Random& r) { return through(m, on_bounds(m, r, 2), direction(r), 2, 2); }},
-      {"through a box corner", [=](const PreparedMesh& m, Random& r) { return through(m, on_bounds(m, r, 3), direction(r), 2, 2); }},
-      {"in a triangle's plane", [=](const PreparedMesh& m, Random& r) {
+      {"through a box edge",
+       [=](const PreparedMesh& m, Random& r) { return through(m, on_bounds(m, r, 2), direction(r), 2, 2); }},
+      {"through a box corner",
+       [=](const PreparedMesh& m, Random& r) { return through(m, on_bounds(m, r, 3), direction(r), 2, 2); }},
+      {"in a triangle's plane",
+       [=](const PreparedMesh& m, Random& r) {
          const TriangleIndices& t = m.triangles[r() % m.triangles.size()];
          const Position &a = m.positions[t[0]], &b = m.positions[t[1]], &c = m.positions[t[2]];
          const Vec e = extent(m);
@@ -223,10 +242,14 @@ std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {
          }
          return through(m, p, d, 2, 2);
        }},
-      {"at a vertex", [=](const PreparedMesh& m, Random& r) { return through(m, point_on_mesh(m, r, true, false), direction(r), 2, 2); }},
-      {"at an edge", [=](const PreparedMesh& m, Random& r) { return through(m, point_on_mesh(m, r, false, true), direction(r), 2, 2); }},
-      {"from the surface", [=](const PreparedMesh& m, Random& r) { return from(m, point_on_mesh(m, r, false, false), r, 0); }},
-      {"from just off it", [=](const PreparedMesh& m, Random& r) { return from(m, point_on_mesh(m, r, false, false), r, 1e-5); }},
+      {"at a vertex", [=](const PreparedMesh& m,
+                          Random& r) { return through(m, point_on_mesh(m, r, true, false), direction(r), 2, 2); }},
+      {"at an edge", [=](const PreparedMesh& m,
+                         Random& r) { return through(m, point_on_mesh(m, r, false, true), direction(r), 2, 2); }},
+      {"from the surface",
+       [=](const PreparedMesh& m, Random& r) { return from(m, point_on_mesh(m, r, false, false), r, 0); }},
+      {"from just off it",
+       [=](const PreparedMesh& m, Random& r) { return from(m, point_on_mesh(m, r, false, false), r, 1e-5); }},
       {"from the box", [=](const PreparedMesh& m, Random& r) { return from(m, on_bounds(m, r, 1), r, 0); }},
       {"from just off the box", [=](const PreparedMesh& m, Random& r) { return from(m, on_bounds(m, r, 1), r, 1e-6); }},
   };

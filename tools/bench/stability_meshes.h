@@ -12,12 +12,13 @@
 namespace vcd {
 
 SourceMesh stability_sphere(uint32_t rings = 12, uint32_t segments = 20);
-SourceMesh stability_soup(uint32_t triangles);           // in a unit cube, edges of about a tenth
+SourceMesh stability_soup(uint32_t triangles);  // in a unit cube, edges of about a tenth
 SourceMesh stability_slivers(uint32_t triangles, float aspect);
 SourceMesh scaled(SourceMesh mesh, const Position& factor);
 SourceMesh shifted(SourceMesh mesh, const Position& by);
 
-// Open, closed, inverted, self-intersecting, duplicated, T-junctioned, bow-tie, non-manifold, Möbius strip, one triangle, soup.
+// Open, closed, inverted, self-intersecting, duplicated, T-junctioned, bow-tie, non-manifold, Möbius strip, one
+// triangle, soup.
 std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_triangles);
 
 using Random = std::mt19937_64;
@@ -28,7 +29,8 @@ using SegmentMaker = std::function<Segment(const PreparedMesh&, Random&)>;
 // Through a random point of the box, in a random direction, from `boxes` boxes away.
 Segment through_the_box(const PreparedMesh& mesh, Random& random, double boxes);
 
-// By name: axis, in-face, box-edge, box-corner, grazing, vertex, edge, end-on-surface, end-on-box, end-inside, end-outside.
+// By name: axis, in-face, box-edge, box-corner, grazing, vertex, edge, end-on-surface, end-on-box, end-inside,
+// end-outside.
 std::vector<std::pair<std::string, SegmentMaker>> segment_kinds();
 
 }  // namespace vcd

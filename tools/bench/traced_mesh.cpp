@@ -4,7 +4,8 @@
 
 namespace vcd {
 
-Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar, const std::array<uint8_t, 16>* hash) {
+Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar,
+                                    const std::array<uint8_t, 16>* hash) {
   auto meshes = load_meshes(path, sidecar);
   if (!meshes) return meshes.error();
   for (PreparedMesh& mesh : *meshes) {

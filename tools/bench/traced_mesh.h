@@ -14,9 +14,10 @@ struct TracedMesh {
   PreparedMesh mesh;
   Tracer tracer;
 
-  // The mesh with that hash, or the first, ingested as the sidecar says (null: as by default). Errors: those of load_meshes();
-  // stale.
-  static Result<TracedMesh> load(const std::string& path, const SidecarContents* sidecar, const std::array<uint8_t, 16>* hash);
+  // The mesh with that hash, or the first, ingested as the sidecar says (null: as by default). Errors: those of
+  // load_meshes(); stale.
+  static Result<TracedMesh> load(const std::string& path, const SidecarContents* sidecar,
+                                 const std::array<uint8_t, 16>* hash);
 };
 
 }  // namespace vcd

@@ -20,7 +20,9 @@ std::string audit_summary(const AuditReport& report);  // a table, indented by t
 
 // An object of a sidecar as an audit asks it. The object's sidecar outlives the function.
 inline Answers answers_of(Object object) {
-  return [object](std::span<const Segment> segments, std::span<Visibility> answers) { object.classify(segments, answers); };
+  return [object](std::span<const Segment> segments, std::span<Visibility> answers) {
+    object.classify(segments, answers);
+  };
 }
 
 }  // namespace vcd

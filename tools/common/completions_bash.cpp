@@ -93,7 +93,8 @@ std::string row(const std::string& command, const std::string& names, const std:
   return "    '" + command + '|' + names + '|' + values + "'\n";
 }
 
-std::string rows(const std::string& command, const std::vector<OptionEntry>& options, const std::vector<OptionEntry>& positionals) {
+std::string rows(const std::string& command, const std::vector<OptionEntry>& options,
+                 const std::vector<OptionEntry>& positionals) {
   std::string out;
   for (const OptionEntry& option : options) {
     out += row(command, joined(option.names, ","), option.takes_value ? values_of(option.value) : "");
@@ -113,7 +114,9 @@ std::string bash_completion(const CommandEntry& program) {
   std::replace(function.begin(), function.end(), '-', '_');
   std::ostringstream out;
   out << "# Completion of " << program.name << " in bash. Made by " << program.name << " --print-completion bash.\n"
-      << kEngine << '\n' << function << "() {\n  local -a rows=(\n" << rows("", program.options, program.positionals);
+      << kEngine << '\n'
+      << function << "() {\n  local -a rows=(\n"
+      << rows("", program.options, program.positionals);
   std::vector<std::string> names;
   for (const CommandEntry& command : program.subcommands) {
     names.push_back(command.name);

@@ -53,14 +53,15 @@ std::string fish_completion(const CommandEntry& program) {
   std::ostringstream out;
   const std::string begin = "complete -c " + program.name;
   out << "# Completion of " << program.name << " in fish. Made by " << program.name << " --print-completion fish.\n"
-      << kFiles << '\n' << begin << " -f\n";
+      << kFiles << '\n'
+      << begin << " -f\n";
   write_options(out, begin, program.options);
   write_positionals(out, begin, program.positionals);
   std::vector<std::string> names;
   for (const CommandEntry& command : program.subcommands) names.push_back(command.name);
   for (const CommandEntry& command : program.subcommands) {
-    out << begin << " -n " << in_quotes("not __fish_seen_subcommand_from " + joined(names)) << " -a " << command.name << " -d "
-        << in_quotes(command.description) << '\n';
+    out << begin << " -n " << in_quotes("not __fish_seen_subcommand_from " + joined(names)) << " -a " << command.name
+        << " -d " << in_quotes(command.description) << '\n';
     const std::string after = begin + " -n " + in_quotes("__fish_seen_subcommand_from " + command.name);
     write_options(out, after, command.options);
     write_positionals(out, after, command.positionals);

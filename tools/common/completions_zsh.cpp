@@ -34,7 +34,8 @@ std::string action(const ValueEntry& value) {
   if (value.words.empty()) return value.files == Files::none ? " " : files_action(value.files);
   const std::string words = joined(value.words);
   if (value.files != Files::none)
-    return joined({"{_alternative \"words\\:word\\:(", words, ")\" 'files\\:file\\:", files_action(value.files), "'}"}, "");
+    return joined({"{_alternative \"words\\:word\\:(", words, ")\" 'files\\:file\\:", files_action(value.files), "'}"},
+                  "");
   return value.comma_list ? joined({"_values -s , value", words}) : joined({"(", words, ")"}, "");
 }
 
@@ -61,7 +62,8 @@ void write_positionals(std::ostream& out, const std::string& indent, const std::
   int place = 0;
   for (const OptionEntry& positional : positionals) {
     ++place;
-    out << indent << in_quotes((positional.repeated ? "*" : std::to_string(place)) + argument(positional.value)) << " \\\n";
+    out << indent << in_quotes((positional.repeated ? "*" : std::to_string(place)) + argument(positional.value))
+        << " \\\n";
   }
 }
 
@@ -84,8 +86,10 @@ void write_subcommands(std::ostream& out, const CommandEntry& program) {
 std::string zsh_completion(const CommandEntry& program) {
   std::string function = "_" + program.name;
   std::ostringstream out;
-  out << "#compdef " << program.name << "\n# Completion in zsh. Made by " << program.name << " --print-completion zsh.\n\n"
-      << function << "() {\n  local curcontext=$curcontext state line ret=1\n  local -A opt_args\n  _arguments -C -S \\\n";
+  out << "#compdef " << program.name << "\n# Completion in zsh. Made by " << program.name
+      << " --print-completion zsh.\n\n"
+      << function
+      << "() {\n  local curcontext=$curcontext state line ret=1\n  local -A opt_args\n  _arguments -C -S \\\n";
   write_options(out, "    ", program.options);
   write_positionals(out, "    ", program.positionals);
   if (!program.subcommands.empty()) out << "    '1:command:->command' \\\n    '*::argument:->argument' \\\n";

@@ -81,15 +81,22 @@ Json describe_object(const ObjectContents& object) {
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
-  json["cells"] = {{"clear", r.cells[0]}, {"blocked", r.cells[1]}, {"unclassified", r.cells[2]},
+  json["cells"] = {{"clear", r.cells[0]},
+                   {"blocked", r.cells[1]},
+                   {"unclassified", r.cells[2]},
                    {"statistically_blocked", r.statistical_cells}};
-  json["shares"] = {{"clear", share(r, 0)}, {"blocked", share(r, 1)}, {"unclassified", share(r, 2)},
+  json["shares"] = {{"clear", share(r, 0)},
+                    {"blocked", share(r, 1)},
+                    {"unclassified", share(r, 2)},
                     {"statistically_blocked", share(r, 3)}};
   json["guard_band"] = r.guard_band;
   json["audit"] = nullptr;
   if (r.audit_lines[0] > 0)
-    json["audit"] = {{"lines", r.audit_lines[0]}, {"wrong", r.audit_wrong[0]}, {"aimed_lines", r.audit_lines[1]},
-                     {"aimed_wrong", r.audit_wrong[1]}, {"wrong_rate_bound_95", r.audit_bound_95}};
+    json["audit"] = {{"lines", r.audit_lines[0]},
+                     {"wrong", r.audit_wrong[0]},
+                     {"aimed_lines", r.audit_lines[1]},
+                     {"aimed_wrong", r.audit_wrong[1]},
+                     {"wrong_rate_bound_95", r.audit_bound_95}};
   json["blocks"] = {{"blocks256", r.block256_count}, {"blocks16", r.block16_count}, {"bricks", r.brick_count}};
   json["nodes"] = {{"unfolded", r.nodes_unfolded}, {"folded", r.nodes_folded}, {"shared", r.nodes_shared}};
   json["embedded_geometry_bytes"] = object.geometry.size();
@@ -140,10 +147,12 @@ std::string object_summary(const ObjectRecord& r) {
     out += line;
   }
   if (r.guard_band > 0) {
-    std::snprintf(line, sizeof line, "  guard     proofs hold for lines within %.3g of the grid's 256 units\n", static_cast<double>(r.guard_band));
+    std::snprintf(line, sizeof line, "  guard     proofs hold for lines within %.3g of the grid's 256 units\n",
+                  static_cast<double>(r.guard_band));
     out += line;
   }
-  std::snprintf(line, sizeof line, "  lines     %.1f %% clear, %.1f %% blocked, ", 100 * share(r, 0), 100 * share(r, 1));
+  std::snprintf(line, sizeof line, "  lines     %.1f %% clear, %.1f %% blocked, ", 100 * share(r, 0),
+                100 * share(r, 1));
   out += line;
   if (method == Method::hybrid) {
     std::snprintf(line, sizeof line, "%.1f %% statistically blocked, ", 100 * share(r, 3));
@@ -152,7 +161,8 @@ std::string object_summary(const ObjectRecord& r) {
   std::snprintf(line, sizeof line, "%.1f %% unclassified\n", 100 * share(r, 2));
   out += line;
   if (r.audit_lines[0] > 0) {
-    std::snprintf(line, sizeof line, "  audit     %llu of %llu lines wrong (95 %% bound %.2g), %llu of %llu aimed at the mesh\n",
+    std::snprintf(line, sizeof line,
+                  "  audit     %llu of %llu lines wrong (95 %% bound %.2g), %llu of %llu aimed at the mesh\n",
                   static_cast<unsigned long long>(r.audit_wrong[0]), static_cast<unsigned long long>(r.audit_lines[0]),
                   static_cast<double>(r.audit_bound_95), static_cast<unsigned long long>(r.audit_wrong[1]),
                   static_cast<unsigned long long>(r.audit_lines[1]));
@@ -160,7 +170,8 @@ std::string object_summary(const ObjectRecord& r) {
   } else {
     out += "  audit     none\n";
   }
-  std::snprintf(line, sizeof line, "  octree    %s unfolded, %s folded, %s shared (32-bit nodes, as the paper counts)\n",
+  std::snprintf(line, sizeof line,
+                "  octree    %s unfolded, %s folded, %s shared (32-bit nodes, as the paper counts)\n",
                 readable_bytes(4 * r.nodes_unfolded).c_str(), readable_bytes(4 * r.nodes_folded).c_str(),
                 readable_bytes(4 * r.nodes_shared).c_str());
   out += line;

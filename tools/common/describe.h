@@ -19,7 +19,7 @@ Json describe_object(const ObjectContents& object);
 Json describe_section(const SectionEntry& section);
 Json describe_finding(const Finding& finding);
 const char* method_name(Method method);
-const char* guarantee(Method method);  // a clause: what the classes promise
+const char* guarantee(Method method);                    // a clause: what the classes promise
 std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
 
 void print_json(const Json& json);  // standard output, two spaces of indent

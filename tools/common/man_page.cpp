@@ -7,8 +7,8 @@
 namespace vcd {
 namespace {
 
-// Text as troff shows it unchanged, and as it can be copied from a page: a bare hyphen would come out as a dash, a dot that
-// begins a line would be a request.
+// Text as troff shows it unchanged, and as it can be copied from a page: a bare hyphen would come out as a dash, a dot
+// that begins a line would be a request.
 std::string escaped(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -105,7 +105,8 @@ void write_footer(std::ostream& out, const std::string& footer) {
 
 // "Bakes sidecars: for each mesh …" -> "bakes sidecars".
 std::string summary(const std::string& description) {
-  std::string out = description.substr(0, std::min({description.find(": "), description.find(". "), description.size()}));
+  std::string out =
+      description.substr(0, std::min({description.find(": "), description.find(". "), description.size()}));
   if (out.ends_with('.')) out.pop_back();
   if (!out.empty()) out[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(out[0])));
   return out;
@@ -117,7 +118,8 @@ std::string man_page(const CommandEntry& program) {
   std::ostringstream out;
   out << ".\\\" Made by " << program.name << " --print-man.\n"
       << ".TH " << escaped(upper(program.name)) << " 1 \"\" \"vcd " VCD_VERSION "\" \"vcd\"\n"
-      << ".SH NAME\n" << escaped(program.name) << " \\- " << escaped(summary(program.description)) << '\n'
+      << ".SH NAME\n"
+      << escaped(program.name) << " \\- " << escaped(summary(program.description)) << '\n'
       << ".SH SYNOPSIS\n";
   write_synopsis(out, program.name, program);
   for (const CommandEntry& command : program.subcommands) {
@@ -129,7 +131,8 @@ std::string man_page(const CommandEntry& program) {
   out << ".SH OPTIONS\n";
   write_options(out, program.options);
   if (!program.subcommands.empty()) out << ".SH COMMANDS\n";
-  if (program.subcommands_take_options && !program.subcommands.empty()) out << "The options above may follow a command too.\n";
+  if (program.subcommands_take_options && !program.subcommands.empty())
+    out << "The options above may follow a command too.\n";
   for (const CommandEntry& command : program.subcommands) write_subcommand(out, command);
   write_footer(out, program.footer);
   return out.str();

@@ -1,4 +1,5 @@
-// A program's man page, section 1, from its options: what --help says, as troff. The same bytes on every day and machine.
+// A program's man page, section 1, from its options: what --help says, as troff. The same bytes on every day and
+// machine.
 #pragma once
 
 #include <string>

@@ -27,10 +27,11 @@ bool baked_all_as_opaque(const SidecarContents& sidecar) {
 Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const SidecarContents* sidecar) {
   std::vector<PreparedMesh> meshes;
   Error last;
-  const auto fault = each_mesh(path, sidecar && baked_all_as_opaque(*sidecar), [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
-    if (mesh) return meshes.push_back(std::move(*mesh));
-    last = Error{mesh.error().code, path + ": " + mesh.error().message};
-  });
+  const auto fault = each_mesh(path, sidecar && baked_all_as_opaque(*sidecar),
+                               [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
+                                 if (mesh) return meshes.push_back(std::move(*mesh));
+                                 last = Error{mesh.error().code, path + ": " + mesh.error().message};
+                               });
   if (fault) return *fault;
   if (meshes.empty()) return last;
   return meshes;

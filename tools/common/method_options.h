@@ -9,11 +9,13 @@ namespace vcd {
 
 // --samples without --method means sampled.
 inline void add_method_options(CLI::App& app, BakeOptions& bake) {
-  const std::map<std::string, Method> kMethods = {{"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
+  const std::map<std::string, Method> kMethods = {
+      {"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
   CLI::Option* const method =
-      app.add_option("-m,--method", bake.method,
-                     "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
-                     "(default); sampled: the paper's, statistics alone")
+      app.add_option(
+             "-m,--method", bake.method,
+             "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
+             "(default); sampled: the paper's, statistics alone")
           ->transform(CLI::CheckedTransformer(kMethods, CLI::ignore_case).description(""))
           ->type_name("proven|hybrid|sampled");
   app.add_option("-s,--samples", bake.samples,

@@ -20,14 +20,18 @@ std::string one_line(std::string text) {
 // What a check adds to the type name after a colon: "INT in [0 - 1024]", "POSITIVE".
 std::string limits_of(std::string text) {
   const size_t from = text.find(" in ["), to = text.find(" - "), end = text.find(']');
-  if (from < to && to < end && end != std::string::npos) return text.substr(from + 5, to - from - 5) + " to " + text.substr(to + 3, end - to - 3);
+  if (from < to && to < end && end != std::string::npos)
+    return text.substr(from + 5, to - from - 5) + " to " + text.substr(to + 3, end - to - 3);
   for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   return text;
 }
 
 ValueEntry value_of(const CLI::Option& option) {
-  static const std::map<std::string, Files> kKinds = {
-      {"MESH", Files::meshes}, {"SIDECAR", Files::sidecars}, {"DIR", Files::folders}, {"FILE", Files::any}, {"PATH", Files::any}};
+  static const std::map<std::string, Files> kKinds = {{"MESH", Files::meshes},
+                                                      {"SIDECAR", Files::sidecars},
+                                                      {"DIR", Files::folders},
+                                                      {"FILE", Files::any},
+                                                      {"PATH", Files::any}};
   ValueEntry value;
   const std::string type = option.get_type_name();
   const size_t colon = type.find(':');
@@ -66,7 +70,8 @@ CommandEntry option_table(const CLI::App& app) {
   command.description = one_line(app.get_description());
   command.footer = app.get_footer();
   for (const CLI::Option* option : app.get_options())
-    if (!option->get_group().empty()) (option->get_positional() ? command.positionals : command.options).push_back(option_entry(*option));
+    if (!option->get_group().empty())
+      (option->get_positional() ? command.positionals : command.options).push_back(option_entry(*option));
   for (const CLI::App* subcommand : app.get_subcommands([](const CLI::App*) { return true; }))
     if (!subcommand->get_group().empty()) command.subcommands.push_back(option_table(*subcommand));
   command.subcommands_take_options = app.get_fallthrough();

@@ -1,8 +1,9 @@
 // A program's options as data: what its man page and its completions are made from.
 //
-// A type name says what a value is, and is the only place that does: alternatives parted by "|". One in capitals is a kind
-// of value, any other a word to type as it stands: "raw|ship", "auto|1|2", "sierpinski|hairball|MESH". Kinds that are files:
-// MESH, SIDECAR, DIR, and FILE and PATH for any. A check that would add its own list of words gets description("").
+// A type name says what a value is, and is the only place that does: alternatives parted by "|". One in capitals is a
+// kind of value, any other a word to type as it stands: "raw|ship", "auto|1|2", "sierpinski|hairball|MESH". Kinds that
+// are files: MESH, SIDECAR, DIR, and FILE and PATH for any. A check that would add its own list of words gets
+// description("").
 #pragma once
 
 #include <string>
@@ -20,8 +21,8 @@ struct ValueEntry {
   std::string text;                // as in the help: "PATH", "raw|ship", without "..."
   std::vector<std::string> words;  // to choose from
   Files files = Files::none;
-  std::string limits;              // "0 to 1024", "positive" or empty
-  bool comma_list = false;         // several with commas
+  std::string limits;       // "0 to 1024", "positive" or empty
+  bool comma_list = false;  // several with commas
 };
 
 struct OptionEntry {

@@ -10,7 +10,8 @@
 
 namespace vcd {
 
-// For messages: control characters as \xNN, so that a name keeps to its line; bytes beyond ASCII too if they are not UTF-8.
+// For messages: control characters as \xNN, so that a name keeps to its line; bytes beyond ASCII too if they are not
+// UTF-8.
 std::string shown(const std::filesystem::path& path);
 
 // A text, or where the path is not UTF-8 {"bytes": "…"}, two hexadecimal digits a byte.

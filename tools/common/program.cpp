@@ -55,7 +55,8 @@ std::vector<std::string> expand_lists(int argc, char** argv) {
   return arguments;
 }
 
-// What the build asks of every program, to be installed beside it: --print-man, --print-completion SHELL. Empty if not asked.
+// What the build asks of every program, to be installed beside it: --print-man, --print-completion SHELL. Empty if not
+// asked.
 std::string self_description(const CLI::App& app, const std::vector<std::string>& arguments) {
   if (arguments == std::vector<std::string>{"--print-man"}) return man_page(option_table(app));
   if (arguments.empty() || arguments[0] != "--print-completion") return {};

@@ -27,15 +27,15 @@ struct CommonOptions {
 void add_common_options(CLI::App& app, CommonOptions& options);
 
 // Parses the arguments (each @FILE stands for the lines of FILE) and runs the body, which returns the exit code.
-// Wrong arguments end in exit code 1. No exception leaves. Without a word in the help, every program also takes --print-man
-// and --print-completion bash|zsh|fish, which the build calls (option_table.h says what they read).
+// Wrong arguments end in exit code 1. No exception leaves. Without a word in the help, every program also takes
+// --print-man and --print-completion bash|zsh|fish, which the build calls (option_table.h says what they read).
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 // The exit code for a batch: that of the only input, 0 if all are well, else 9.
 int batch_exit_code(const std::vector<int>& codes);
 
-// From now on SIGINT, SIGTERM and SIGHUP only set a flag, so that work in progress can stop and clean up. A second signal ends
-// the program at once.
+// From now on SIGINT, SIGTERM and SIGHUP only set a flag, so that work in progress can stop and clean up. A second
+// signal ends the program at once.
 void catch_interruptions();
 bool interrupted();
 

@@ -23,12 +23,16 @@ namespace {
 std::string readable_bytes(uint64_t bytes) {
   if (bytes < 1024) return text("%llu bytes", static_cast<unsigned long long>(bytes));
   const double kib = static_cast<double>(bytes) / 1024;
-  return kib < 1024 ? text("%.1f KiB", kib) : kib < 1024 * 1024 ? text("%.1f MiB", kib / 1024) : text("%.2f GiB", kib / 1024 / 1024);
+  return kib < 1024          ? text("%.1f KiB", kib)
+         : kib < 1024 * 1024 ? text("%.1f MiB", kib / 1024)
+                             : text("%.2f GiB", kib / 1024 / 1024);
 }
 
 std::string readable_count(double count) {
   if (count < 1e4) return text("%.0f", count);
-  return count < 1e6 ? text("%.1f thousand", count / 1e3) : count < 1e9 ? text("%.1f million", count / 1e6) : text("%.2f billion", count / 1e9);
+  return count < 1e6   ? text("%.1f thousand", count / 1e3)
+         : count < 1e9 ? text("%.1f million", count / 1e6)
+                       : text("%.2f billion", count / 1e9);
 }
 
 std::string readable_seconds(double seconds) {

@@ -60,7 +60,8 @@ Result<std::string> output_of(const std::vector<std::string>& command) {
   posix_spawn_file_actions_destroy(&actions);
   if (!pid) return pid.error();
   if (const int code = wait_for(*pid); code != 0)
-    return Error{ErrorCode::runtime, command[0] + " ended with " + std::to_string(code) + ": " + content_of(words.get())};
+    return Error{ErrorCode::runtime,
+                 command[0] + " ended with " + std::to_string(code) + ": " + content_of(words.get())};
   return content_of(out.get());
 }
 

@@ -8,12 +8,12 @@
 
 namespace vcd {
 
-// What the program prints to standard output, once it has ended with exit code 0. Error (runtime): it is not there, or ended
-// otherwise; with its words.
+// What the program prints to standard output, once it has ended with exit code 0. Error (runtime): it is not there, or
+// ended otherwise; with its words.
 Result<std::string> output_of(const std::vector<std::string>& command);
 
-// Runs it with this program's own standard output and error; SIGTERM is passed on when `interrupted`. Its exit code, or 128 + the
-// signal that ended it. Error (runtime): it is not there.
+// Runs it with this program's own standard output and error; SIGTERM is passed on when `interrupted`. Its exit code, or
+// 128 + the signal that ended it. Error (runtime): it is not there.
 Result<int> run_command(const std::vector<std::string>& command);
 
 // As a word of a shell script.

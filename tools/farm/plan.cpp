@@ -69,7 +69,8 @@ fs::path FarmPlan::file(unsigned shard, const std::string& extension) const {
 Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& assets, unsigned shards) {
   if (assets.empty()) return Error{ErrorCode::usage, "no mesh file found: there is nothing to plan"};
   std::error_code error;
-  if (fs::exists(folder / "plan.json", error)) return Error{ErrorCode::usage, shown(folder) + ": holds a plan already; remove it or name another folder"};
+  if (fs::exists(folder / "plan.json", error))
+    return Error{ErrorCode::usage, shown(folder) + ": holds a plan already; remove it or name another folder"};
   fs::create_directories(folder, error);
   if (error) return Error{ErrorCode::io, shown(folder) + ": " + error.message()};
   std::vector<double> seconds;
@@ -96,13 +97,17 @@ Result<FarmPlan> open_plan(const fs::path& folder) {
   if (!text) return text.error();
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   const Error fault{ErrorCode::invalid_file, shown(path) + ": not a plan of vc-farm"};
-  if (!json.is_object() || json.value("vcd_plan", Json(nullptr)) != kPlanVersion || !json.contains("shards") || !json["shards"].is_array()) return fault;
+  if (!json.is_object() || json.value("vcd_plan", Json(nullptr)) != kPlanVersion || !json.contains("shards") ||
+      !json["shards"].is_array())
+    return fault;
   FarmPlan plan{fs::absolute(folder, error), {}};
   for (const Json& shard : json["shards"]) {
-    const bool sound = shard.is_object() && shard.contains("number") && shard["number"].is_number_unsigned() && shard.contains("assets") &&
-                       shard["assets"].is_number_unsigned() && shard.contains("seconds") && shard["seconds"].is_number();
+    const bool sound = shard.is_object() && shard.contains("number") && shard["number"].is_number_unsigned() &&
+                       shard.contains("assets") && shard["assets"].is_number_unsigned() && shard.contains("seconds") &&
+                       shard["seconds"].is_number();
     if (!sound || shard["number"] != plan.shards.size() + 1) return fault;
-    plan.shards.push_back({shard["number"].get<unsigned>(), shard["assets"].get<size_t>(), shard["seconds"].get<double>()});
+    plan.shards.push_back(
+        {shard["number"].get<unsigned>(), shard["assets"].get<size_t>(), shard["seconds"].get<double>()});
   }
   return plan;
 }
@@ -136,13 +141,20 @@ Json merged_report(const FarmPlan& plan) {
     const Json report = read_json(plan.file(shard.number, ".report.json"));
     if (!is_whole(report)) {
       totals.assets += shard.assets, totals.not_run += shard.assets;
-      errors.push_back({{"error", shown(plan.file(shard.number, ".json")) + ": this shard is not done: " + std::to_string(shard.assets) + " assets"},
+      errors.push_back({{"error", shown(plan.file(shard.number, ".json")) +
+                                      ": this shard is not done: " + std::to_string(shard.assets) + " assets"},
                         {"exit_code", static_cast<int>(ErrorCode::runtime)}});
       continue;
     }
     const Json& t = report["totals"];
-    totals += {t.value("assets", size_t{0}), t.value("baked", size_t{0}), t.value("objects_reused", size_t{0}), t.value("up_to_date", size_t{0}),
-               t.value("failed", size_t{0}), t.value("failed_before", size_t{0}), 0, t.value("bytes", uint64_t{0})};
+    totals += {t.value("assets", size_t{0}),
+               t.value("baked", size_t{0}),
+               t.value("objects_reused", size_t{0}),
+               t.value("up_to_date", size_t{0}),
+               t.value("failed", size_t{0}),
+               t.value("failed_before", size_t{0}),
+               0,
+               t.value("bytes", uint64_t{0})};
     seconds += report.value("seconds", 0.0);
     for (const Json& error : report.value("errors", Json::array())) errors.push_back(error);
     for (const Json& file : report["files"]) files.push_back(file);

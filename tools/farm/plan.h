@@ -18,7 +18,7 @@ namespace vcd {
 struct Shard {
   unsigned number;  // from 1
   size_t assets;
-  double seconds;   // guessed, on one thread
+  double seconds;  // guessed, on one thread
 };
 
 struct FarmPlan {
@@ -28,16 +28,16 @@ struct FarmPlan {
   std::filesystem::path file(unsigned shard, const std::string& extension) const;  // PLAN/shard-0001EXTENSION
 };
 
-// Cuts the assets into at most so many shards whose guessed costs are as equal as the longest first rule makes them, and writes them.
-// Errors: usage (no asset, or the folder holds a plan already), io.
+// Cuts the assets into at most so many shards whose guessed costs are as equal as the longest first rule makes them,
+// and writes them. Errors: usage (no asset, or the folder holds a plan already), io.
 Result<FarmPlan> make_plan(const std::filesystem::path& folder, const std::vector<Asset>& assets, unsigned shards);
 Result<FarmPlan> open_plan(const std::filesystem::path& folder);  // Errors: io, invalid_file
 
 // How far a shard is, as its files tell.
 struct ShardState {
-  bool done = false;      // its report is there, and says of every asset what became of it
+  bool done = false;  // its report is there, and says of every asset what became of it
   bool started = false;
-  size_t ended = 0;       // assets
+  size_t ended = 0;  // assets
   size_t failed = 0;
 };
 ShardState state_of(const FarmPlan& plan, const Shard& shard);

@@ -16,7 +16,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Slurm's MaxArraySize is 1001 unless an administrator changed it: larger plans are several arrays, each with an offset.
+// Slurm's MaxArraySize is 1001 unless an administrator changed it: larger plans are several arrays, each with an
+// offset.
 constexpr unsigned kArraySize = 1000;
 
 }  // namespace
@@ -37,9 +38,12 @@ std::optional<Error> Slurm::submit(const std::vector<unsigned>& shards, const Sl
   return std::nullopt;
 }
 
-std::optional<Error> Slurm::submit_array(const std::vector<unsigned>& shards, unsigned offset, const SlurmOptions& options) {
-  std::string script = "#!/bin/sh\nexec " + shell_word(program_folder() / "vc-farm") + " run " + shell_word(plan_->folder) + " $((" + std::to_string(offset) +
-                       " + SLURM_ARRAY_TASK_ID)) -j \"${SLURM_CPUS_PER_TASK:-1}\" ${SLURM_MEM_PER_NODE:+--memory-mb=$SLURM_MEM_PER_NODE}";
+std::optional<Error> Slurm::submit_array(const std::vector<unsigned>& shards, unsigned offset,
+                                         const SlurmOptions& options) {
+  std::string script = "#!/bin/sh\nexec " + shell_word(program_folder() / "vc-farm") + " run " +
+                       shell_word(plan_->folder) + " $((" + std::to_string(offset) +
+                       " + SLURM_ARRAY_TASK_ID)) -j \"${SLURM_CPUS_PER_TASK:-1}\" "
+                       "${SLURM_MEM_PER_NODE:+--memory-mb=$SLURM_MEM_PER_NODE}";
   for (const std::string& argument : options.bake) script += " " + shell_word(argument);
   script += "\n";
   const fs::path path = plan_->folder / ("slurm-" + std::to_string(offset) + ".sh");
@@ -49,8 +53,14 @@ std::optional<Error> Slurm::submit_array(const std::vector<unsigned>& shards, un
 
   std::string tasks;
   for (const unsigned shard : shards) tasks += (tasks.empty() ? "" : ",") + std::to_string(shard - offset);
-  std::vector<std::string> command = {"sbatch", "--parsable", "--requeue", "--job-name=" + job_name() + "-" + std::to_string(offset), "--array=" + tasks, "--chdir=" + plan_->folder.string(),
-                                      "--output=" + (plan_->folder / "slurm-%A_%a.out").string(), "--open-mode=append",
+  std::vector<std::string> command = {"sbatch",
+                                      "--parsable",
+                                      "--requeue",
+                                      "--job-name=" + job_name() + "-" + std::to_string(offset),
+                                      "--array=" + tasks,
+                                      "--chdir=" + plan_->folder.string(),
+                                      "--output=" + (plan_->folder / "slurm-%A_%a.out").string(),
+                                      "--open-mode=append",
                                       "--cpus-per-task=" + std::to_string(options.threads)};
   command.insert(command.end(), options.arguments.begin(), options.arguments.end());
   command.push_back(path.string());
@@ -72,7 +82,8 @@ Result<Slurm::Queue> Slurm::queue() const {
     std::getline(words, reason);
     std::from_chars(name.data() + job_name().size() + 1, name.data() + name.size(), offset);
     queue.shards.insert(offset + task);
-    if (reason.find("eld") != std::string::npos) queue.held.insert(offset + task);  // JobHeldUser, launch failed requeued held, …
+    if (reason.find("eld") != std::string::npos)
+      queue.held.insert(offset + task);  // JobHeldUser, launch failed requeued held, …
   }
   return queue;
 }

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "common/progress.h"
 #include "common/paths.h"
+#include "common/progress.h"
 
 namespace vcd {
 namespace {
@@ -24,9 +24,10 @@ std::string outcome(const BakedObject& object) {
   const double unclassified = static_cast<double>(object.record.cells[2]) / cells_of(object.record);
   char gain[32];
   std::snprintf(gain, sizeof gain, "%.2f", f.gain);
-  return "  plan      depth " + std::to_string(plan.depth) + ", " + plan.reason + "; forecast and outcome: " + readable_bytes(f.bytes) + " and " +
-         readable_bytes(object.bytes_before_demotion) + ", " + readable_seconds(f.seconds) + " and " + readable_seconds(object.seconds) + ", " +
-         percent(f.resolved) + " and " + percent(1 - unclassified) + " resolved\n  expected  " + percent(f.resolved_shadow) +
+  return "  plan      depth " + std::to_string(plan.depth) + ", " + plan.reason +
+         "; forecast and outcome: " + readable_bytes(f.bytes) + " and " + readable_bytes(object.bytes_before_demotion) +
+         ", " + readable_seconds(f.seconds) + " and " + readable_seconds(object.seconds) + ", " + percent(f.resolved) +
+         " and " + percent(1 - unclassified) + " resolved\n  expected  " + percent(f.resolved_shadow) +
          " of shadow rays that pierce the box answered, traced " + gain + " times faster one by one\n";
 }
 
@@ -34,36 +35,47 @@ std::string baked_lines(const BakedObject& object, uint64_t file_bytes) {
   std::string text;
   if (object.plan) text += outcome(object);
   if (object.cells_demoted)
-    text += "  budget    made " + readable_bytes(file_bytes) + " of " + readable_bytes(object.bytes_before_demotion) + ": " +
-            percent(static_cast<double>(object.cells_demoted) / cells_of(object.record), 2) + " of all cells lost their class\n";
+    text += "  budget    made " + readable_bytes(file_bytes) + " of " + readable_bytes(object.bytes_before_demotion) +
+            ": " + percent(static_cast<double>(object.cells_demoted) / cells_of(object.record), 2) +
+            " of all cells lost their class\n";
   if (object.out_of_time) text += "  time      is over: what was not classified by then is unclassified\n";
   if (object.record.method == static_cast<uint8_t>(Method::none)) return text;
-  return text + "  baked     in " + readable_seconds(object.seconds) + ", " + readable_count(static_cast<double>(object.rays)) + " rays, " +
+  return text + "  baked     in " + readable_seconds(object.seconds) + ", " +
+         readable_count(static_cast<double>(object.rays)) + " rays, " +
          readable_count(static_cast<double>(object.rays) / object.seconds) + " rays/s\n";
 }
 
 }  // namespace
 
 Json describe_plan(const Plan& plan) {
-  Json json{{"depth", plan.depth}, {"worth_it", plan.depth > 0}, {"reason", plan.reason}, {"probe_seconds", plan.seconds}};
+  Json json{
+      {"depth", plan.depth}, {"worth_it", plan.depth > 0}, {"reason", plan.reason}, {"probe_seconds", plan.seconds}};
   json["forecasts"] = Json::array();
   for (const DepthForecast& f : plan.forecasts)
-    json["forecasts"].push_back({{"depth", f.depth}, {"bytes", f.bytes}, {"seconds", f.seconds}, {"resolved", f.resolved},
-                                 {"resolved_shadow", f.resolved_shadow}, {"gain", f.gain}});
+    json["forecasts"].push_back({{"depth", f.depth},
+                                 {"bytes", f.bytes},
+                                 {"seconds", f.seconds},
+                                 {"resolved", f.resolved},
+                                 {"resolved_shadow", f.resolved_shadow},
+                                 {"gain", f.gain}});
   return json;
 }
 
 void print_plan(const Plan& plan) {
   std::printf("  %-6s %12s %12s %10s %16s %6s\n", "depth", "tree", "bake", "resolved", "of shadow rays", "gain");
   for (const DepthForecast& f : plan.forecasts)
-    std::printf("%c %-6u %12s %12s %8.1f %% %14.1f %% %6.2f\n", f.depth == plan.depth ? '*' : ' ', f.depth, readable_bytes(f.bytes).c_str(),
-                readable_seconds(f.seconds).c_str(), 100 * f.resolved, 100 * f.resolved_shadow, f.gain);
-  std::printf("  %s: %s (probed in %s)\n", plan.depth ? ("depth " + std::to_string(plan.depth)).c_str() : "not worth it",
-              plan.reason.c_str(), readable_seconds(plan.seconds).c_str());
+    std::printf("%c %-6u %12s %12s %8.1f %% %14.1f %% %6.2f\n", f.depth == plan.depth ? '*' : ' ', f.depth,
+                readable_bytes(f.bytes).c_str(), readable_seconds(f.seconds).c_str(), 100 * f.resolved,
+                100 * f.resolved_shadow, f.gain);
+  std::printf("  %s: %s (probed in %s)\n",
+              plan.depth ? ("depth " + std::to_string(plan.depth)).c_str() : "not worth it", plan.reason.c_str(),
+              readable_seconds(plan.seconds).c_str());
 }
 
-Json asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes, const std::vector<FinishedObject>& objects) {
-  Json json{{"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"bytes", bytes}, {"notes", notes}};
+Json asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes,
+                  const std::vector<FinishedObject>& objects) {
+  Json json{
+      {"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"bytes", bytes}, {"notes", notes}};
   json["objects"] = Json::array();
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
@@ -90,11 +102,13 @@ std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<
   std::string text = shown(asset.input) + " -> " + shown(asset.output) + ", " + readable_bytes(bytes) + "\n";
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
-    text += "object " + std::to_string(object.source_index) + " " + printable(object.name) + "\n" + object_summary(written.record);
+    text += "object " + std::to_string(object.source_index) + " " + printable(object.name) + "\n" +
+            object_summary(written.record);
     if (object.duplicate_triangles || object.zero_area_triangles)
-      text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " + std::to_string(object.zero_area_triangles) +
-              " zero-area triangles\n";
-    text += object.known ? "  baked     before: its geometry and settings are the same\n" : baked_lines(object.baked, bytes);
+      text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
+              std::to_string(object.zero_area_triangles) + " zero-area triangles\n";
+    text += object.known ? "  baked     before: its geometry and settings are the same\n"
+                         : baked_lines(object.baked, bytes);
   }
   return text;
 }

@@ -24,7 +24,8 @@ struct FinishedObject {
 Json describe_plan(const Plan& plan);
 void print_plan(const Plan& plan);  // standard output
 
-Json asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes, const std::vector<FinishedObject>& objects);
+Json asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes,
+                  const std::vector<FinishedObject>& objects);
 std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<FinishedObject>& objects);
 
 }  // namespace vcd

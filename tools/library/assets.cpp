@@ -5,8 +5,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "manifest.h"
 #include "common/paths.h"
+#include "manifest.h"
 
 namespace vcd {
 namespace {
@@ -26,13 +26,16 @@ class Collection {
       if (auto fault = add_manifest(path)) return *std::move(fault);
     // Where exactly one file is named, -o may name its sidecar.
     const std::string& output = request_.output;
-    const bool one_file = request_.manifests.empty() && request_.inputs.size() == 1 && assets_.assets.size() == 1 && !fs::is_directory(request_.inputs[0], ignored);
+    const bool one_file = request_.manifests.empty() && request_.inputs.size() == 1 && assets_.assets.size() == 1 &&
+                          !fs::is_directory(request_.inputs[0], ignored);
     if (one_file && !output.empty() && output.back() != '/' && !fs::is_directory(output, ignored)) {
       const fs::path folder = fs::path(output).parent_path();
-      if (!folder.empty() && !fs::is_directory(folder, ignored)) return Error{ErrorCode::usage, shown(output) + ": its folder does not exist"};
+      if (!folder.empty() && !fs::is_directory(folder, ignored))
+        return Error{ErrorCode::usage, shown(output) + ": its folder does not exist"};
       assets_.assets[0].output = output;
     } else if (!output.empty() && !fs::is_directory(output, ignored)) {
-      return Error{ErrorCode::usage, shown(output) + ": not a folder; for several meshes -o names the folder of the sidecars"};
+      return Error{ErrorCode::usage,
+                   shown(output) + ": not a folder; for several meshes -o names the folder of the sidecars"};
     }
     if (auto fault = check_outputs()) return *std::move(fault);
     return std::move(assets_);
@@ -62,7 +65,8 @@ class Collection {
         add({entry.input.string()}, entry.folder.empty() ? fs::path(request_.output) : entry.folder, entry.settings);
       } else {
         std::error_code error;
-        if (!fs::exists(entry.input, error)) assets_.errors.push_back({ErrorCode::io, shown(entry.input) + ": No such file or directory"});
+        if (!fs::exists(entry.input, error))
+          assets_.errors.push_back({ErrorCode::io, shown(entry.input) + ": No such file or directory"});
         else assets_.assets.push_back({std::move(entry.input), std::move(entry.sidecar), std::move(entry.settings)});
       }
     }
@@ -78,8 +82,11 @@ class Collection {
     for (const Asset& asset : assets_.assets) {
       const fs::path output = true_path(asset.output);
       const auto [known, is_new] = sidecars.emplace(output, &asset);
-      if (!is_new) return fault(shown(asset.input) + ": " + shown(known->second->input) + " would be written to " + shown(asset.output) + " too");
-      if (meshes.contains(output)) return fault(shown(asset.output) + ": is a mesh to bake, and would be replaced by a sidecar");
+      if (!is_new)
+        return fault(shown(asset.input) + ": " + shown(known->second->input) + " would be written to " +
+                     shown(asset.output) + " too");
+      if (meshes.contains(output))
+        return fault(shown(asset.output) + ": is a mesh to bake, and would be replaced by a sidecar");
     }
     return std::nullopt;
   }
@@ -98,11 +105,14 @@ class Collection {
 
 void add_asset_request(CLI::App& app, AssetRequest& request) {
   app.add_option("inputs", request.inputs,
-                 "Mesh files (.glb .gltf .drc .obj .ply .stl .off), folders of them, or patterns with * ? [] **; @FILE: a list of them")
+                 "Mesh files (.glb .gltf .drc .obj .ply .stl .off), folders of them, or patterns with * ? [] **; "
+                 "@FILE: a list of them")
       ->type_name("MESH...");
-  app.add_option("--manifest", request.manifests, "A library as a JSON file, with settings for single assets")->type_name("FILE");
+  app.add_option("--manifest", request.manifests, "A library as a JSON file, with settings for single assets")
+      ->type_name("FILE");
   app.add_option("-o,--output", request.output,
-                 "Sidecar to write, or folder to write to, where those of a folder are mirrored (default: beside each mesh, MESH.vcd)")
+                 "Sidecar to write, or folder to write to, where those of a folder are mirrored (default: beside each "
+                 "mesh, MESH.vcd)")
       ->type_name("PATH");
 }
 

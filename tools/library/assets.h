@@ -17,12 +17,12 @@ struct Asset {
 };
 
 struct Assets {
-  std::vector<Asset> assets;     // in the order of the inputs
-  std::vector<Error> errors;     // of inputs that are not there or cannot be read
-  size_t other_files = 0;        // in folders, not meshes
+  std::vector<Asset> assets;  // in the order of the inputs
+  std::vector<Error> errors;  // of inputs that are not there or cannot be read
+  size_t other_files = 0;     // in folders, not meshes
   size_t named_again = 0;
-  std::vector<std::filesystem::path> folders;  // where sidecars of these assets may lie: each output's, and all below the output
-                                               // folder or the folders that were searched
+  std::vector<std::filesystem::path> folders;  // where sidecars of these assets may lie: each output's, and all below
+                                               // the output folder or the folders that were searched
 };
 
 struct AssetRequest {
@@ -35,8 +35,9 @@ struct AssetRequest {
 // Adds inputs, --manifest and -o. `request` is filled when the app parses and outlives it.
 void add_asset_request(CLI::App& app, AssetRequest& request);
 
-// Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output folder that is not
-// there. Sidecars of a folder's assets are mirrored below the output folder, where missing folders are made when needed.
+// Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output
+// folder that is not there. Sidecars of a folder's assets are mirrored below the output folder, where missing folders
+// are made when needed.
 Result<Assets> collect_assets(const AssetRequest& request);
 
 }  // namespace vcd

@@ -6,19 +6,19 @@
 
 #include <vcd/runtime/sidecar.h>
 
-#include "common/audit_report.h"
 #include "asset_summary.h"
+#include "common/audit_report.h"
+#include "common/paths.h"
 #include "making.h"
 #include "object_cache.h"
-#include "common/paths.h"
 
 namespace vcd {
 namespace {
 
 namespace fs = std::filesystem;
 
-// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An error
-// if a proof is wrong: then nothing may be written.
+// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An
+// error if a proof is wrong: then nothing may be written.
 std::optional<Error> audit_object(const BakeSettings& settings, const PreparedMesh& mesh, BakedObject& object) {
   if (settings.audit_lines == 0 || object.record.method == static_cast<uint8_t>(Method::none)) return std::nullopt;
   SidecarToWrite alone;
@@ -28,14 +28,17 @@ std::optional<Error> audit_object(const BakeSettings& settings, const PreparedMe
   const Bytes file(bytes->data.get(), bytes->size);
   const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
   if (!all || !proven) return all ? proven.error() : all.error();
-  const AuditReport report = audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), {.lines = settings.audit_lines});
+  const AuditReport report =
+      audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), {.lines = settings.audit_lines});
   const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
   if (undirected.wrong_proven + aimed.wrong_proven > 0) {
     std::string segments;
     for (const Contradiction& c : report.contradictions)
       if (c.proven) segments += " --segment=" + replayable(c.segment);
-    return Error{ErrorCode::difference, "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
-                                            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
+    return Error{
+        ErrorCode::difference,
+        "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
+            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
   }
   ObjectRecord& record = object.record;
   record.audit_lines[0] = undirected.segments, record.audit_lines[1] = aimed.segments;
@@ -56,13 +59,17 @@ class AssetBake {
     const bool only_one = ingested->meshes.size() == 1;
     for (SourceMesh& mesh : ingested->meshes) {
       auto object = finish(std::move(mesh));
-      const bool unusable = !object && (object.error().code == ErrorCode::invalid_file || object.error().code == ErrorCode::unsupported);
+      const bool unusable =
+          !object && (object.error().code == ErrorCode::invalid_file || object.error().code == ErrorCode::unsupported);
       if (!object && !(unusable && !only_one)) return object.error();
       if (object) objects_.push_back(std::move(*object));
-      else notes_.push_back(object.error().message + "; left out");  // no area, no box: the file's other meshes are none the worse
+      else
+        notes_.push_back(object.error().message +
+                         "; left out");  // no area, no box: the file's other meshes are none the worse
     }
     if (objects_.empty()) return fault(ErrorCode::invalid_file, "none of its meshes can be baked");
-    if (auto changed = changed_source(ingested->sources)) return fault(ErrorCode::io, *changed + " changed while it was baked; bake it again");
+    if (auto changed = changed_source(ingested->sources))
+      return fault(ErrorCode::io, *changed + " changed while it was baked; bake it again");
     return write(std::move(ingested->sources));
   }
 
@@ -86,8 +93,10 @@ class AssetBake {
     auto baked = bake(*mesh, options);
     if (!baked) return fault(baked.error().code, baked.error().message);
     context_.on_stage("auditing " + printable(mesh->name));
-    if (const auto wrong = audit_object(asset_.settings, *mesh, *baked)) return fault(wrong->code, place + wrong->message);
-    if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write())) notes_.push_back("not kept in the cache: " + unkept->message);
+    if (const auto wrong = audit_object(asset_.settings, *mesh, *baked))
+      return fault(wrong->code, place + wrong->message);
+    if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write()))
+      notes_.push_back("not kept in the cache: " + unkept->message);
     finished.baked = std::move(*baked);
     return finished;
   }
@@ -111,7 +120,8 @@ class AssetBake {
     if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
     const auto written = write_sidecar(asset_.output, sidecar);
     if (!written) return written.error();
-    return BakedAsset{asset_report(asset_, *written, notes_, objects_), asset_summary(asset_, *written, objects_), std::move(sources)};
+    return BakedAsset{asset_report(asset_, *written, notes_, objects_), asset_summary(asset_, *written, objects_),
+                      std::move(sources)};
   }
 
   const Asset& asset_;
@@ -123,6 +133,8 @@ class AssetBake {
 
 }  // namespace
 
-Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context) { return AssetBake(asset, context).run(); }
+Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context) {
+  return AssetBake(asset, context).run();
+}
 
 }  // namespace vcd

@@ -41,8 +41,14 @@ Record look_at_one(const Asset& asset, const BatchOptions& options) {
 
 class Batch {
  public:
-  Batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options, BatchListener& listener, Events& events)
-      : assets_(assets), records_(records), options_(options), listener_(listener), events_(events), jobs_(waiting_jobs()),
+  Batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
+        BatchListener& listener, Events& events)
+      : assets_(assets),
+        records_(records),
+        options_(options),
+        listener_(listener),
+        events_(events),
+        jobs_(waiting_jobs()),
         schedule_(costs(), options.threads, options.memory_bytes) {}
 
   void run() {
@@ -92,8 +98,12 @@ class Batch {
       Record& record = record_of(*grant);
       record.threads = grant->threads;
       ++record.attempts;
-      const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes, options_.cache, options_.update};
-      events_.say({{"event", "started"}, {"input", path_to_json(asset.input)}, {"threads", grant->threads}, {"memory_bytes", grant->memory_bytes}});
+      const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes, options_.cache,
+                                  options_.update};
+      events_.say({{"event", "started"},
+                   {"input", path_to_json(asset.input)},
+                   {"threads", grant->threads},
+                   {"memory_bytes", grant->memory_bytes}});
       auto worker = Worker::start(asset, options);
       if (worker) {
         running_.push_back({*grant, std::move(*worker)});
@@ -133,7 +143,8 @@ class Batch {
       r = running_.erase(r);
       schedule_.ended(grant);
       const std::string& kind = record.outcome.kind;
-      if (kind == "crash" || kind == "time" || kind == "memory") remove_stale_temporaries(asset_of(grant).output.parent_path());
+      if (kind == "crash" || kind == "time" || kind == "memory")
+        remove_stale_temporaries(asset_of(grant).output.parent_path());
       if (is_to_run_again(grant, record)) continue;
       finish(grant, record.outcome.ok() ? Fate::baked : Fate::failed);
       if (options_.fail_fast && !record.outcome.ok()) return false;
@@ -152,7 +163,8 @@ class Batch {
     Record& record = record_of(grant);
     record.fate = fate;
     std::error_code error;
-    if (fate == Fate::failed && std::filesystem::exists(asset.output, error)) record.old_sidecar = "of what the asset was before";
+    if (fate == Fate::failed && std::filesystem::exists(asset.output, error))
+      record.old_sidecar = "of what the asset was before";
     ++ended_;
     Json event{{"event", "ended"}};
     event.update(record_json(asset, record));
@@ -215,7 +227,8 @@ std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions
   std::vector<Record> records(assets.size());
   std::atomic<size_t> next = 0;
   const auto look = [&] {
-    for (size_t i; (i = next++) < assets.size() && !(options.stop && options.stop());) records[i] = look_at_one(assets[i], options);
+    for (size_t i; (i = next++) < assets.size() && !(options.stop && options.stop());)
+      records[i] = look_at_one(assets[i], options);
   };
   std::vector<std::jthread> threads;
   for (unsigned t = 1; t < std::min<size_t>(options.threads, assets.size()); ++t) threads.emplace_back(look);
@@ -223,7 +236,8 @@ std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions
   return records;
 }
 
-void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options, BatchListener& listener, Events& events) {
+void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
+               BatchListener& listener, Events& events) {
   Batch(assets, records, options, listener, events).run();
 }
 

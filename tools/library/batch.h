@@ -1,5 +1,5 @@
-// A run over a library: which assets need a bake, their bakes in child processes within one budget of threads and memory, and what
-// became of each.
+// A run over a library: which assets need a bake, their bakes in child processes within one budget of threads and
+// memory, and what became of each.
 #pragma once
 
 #include <filesystem>
@@ -17,10 +17,10 @@ struct BatchOptions {
   uint64_t memory_bytes = 0;  // of all processes together
   double time_limit = 0;      // seconds that one asset may take; 0: none
   std::filesystem::path cache;
-  bool update = false;        // leave alone what is up to date, and reuse objects that are
-  bool fail_fast = false;     // stop at the first failure
+  bool update = false;                           // leave alone what is up to date, and reuse objects that are
+  bool fail_fast = false;                        // stop at the first failure
   std::map<std::string, Outcome> failed_before;  // not to be tried again
-  std::function<bool()> stop;  // asked often; true ends the run
+  std::function<bool()> stop;                    // asked often; true ends the run
 };
 
 // What is shown of a run while it goes on.
@@ -33,15 +33,18 @@ class BatchListener {
     double cost_seconds;
   };
   virtual void started(size_t assets, size_t to_bake) = 0;
-  virtual void going_on(const std::vector<Running>& running, size_t ended, double seconds_left) = 0;  // some twenty times a second
+  virtual void going_on(const std::vector<Running>& running, size_t ended,
+                        double seconds_left) = 0;  // some twenty times a second
   virtual void ended(const Asset& asset, const Record& record) = 0;
 };
 
-// One record an asset, in their order; `waiting` where it is to be baked. Hashes files on all threads; none of them is left.
+// One record an asset, in their order; `waiting` where it is to be baked. Hashes files on all threads; none of them is
+// left.
 std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions& options);
 
-// Bakes what waits. The caller has no other threads. When it returns no child and none of its temporary files is left; killed or
-// interrupted, each sidecar is the old or the new one.
-void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options, BatchListener& listener, Events& events);
+// Bakes what waits. The caller has no other threads. When it returns no child and none of its temporary files is left;
+// killed or interrupted, each sidecar is the old or the new one.
+void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
+               BatchListener& listener, Events& events);
 
 }  // namespace vcd

@@ -2,8 +2,8 @@
 
 #include <cstdio>
 
-#include "common/progress.h"
 #include "common/paths.h"
+#include "common/progress.h"
 
 namespace vcd {
 namespace {
@@ -58,7 +58,8 @@ class Console : public BatchListener {
     const Worker& worker = *running.worker;
     if (worker.bake_seconds() <= 0 || worker.fraction() <= 0) return of(running);
     std::string text = of(running) + ", " + readable_count(worker.rays() / worker.bake_seconds()) + " rays/s";
-    if (worker.fraction() > 0.005) text += ", " + readable_seconds(worker.bake_seconds() / worker.fraction() - worker.bake_seconds()) + " left";
+    if (worker.fraction() > 0.005)
+      text += ", " + readable_seconds(worker.bake_seconds() / worker.fraction() - worker.bake_seconds()) + " left";
     return text;
   }
 

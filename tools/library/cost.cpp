@@ -12,9 +12,11 @@ namespace fs = std::filesystem;
 
 // Bytes of a file a triangle: common ones, on the small side.
 double bytes_a_triangle(const fs::path& path) {
-  static const std::map<std::string, double> kBytes = {{".obj", 30}, {".ply", 19}, {".stl", 50}, {".off", 28}, {".glb", 20}, {".gltf", 25}, {".drc", 3}};
+  static const std::map<std::string, double> kBytes = {{".obj", 30}, {".ply", 19},  {".stl", 50}, {".off", 28},
+                                                       {".glb", 20}, {".gltf", 25}, {".drc", 3}};
   std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   const auto known = kBytes.find(extension);
   return known == kBytes.end() ? 20 : known->second;
 }
@@ -41,7 +43,8 @@ Cost guess_cost(const Asset& asset) {
   if (options.budget_seconds > 0) bake = std::min(bake, options.budget_seconds);
   const double audit = static_cast<double>(asset.settings.audit_lines) * 1.2e-6;
   const double tree_bytes = std::min(15 * std::pow(16.0, depth) / 4, 4e9);
-  return {0.02 + 4e-6 * triangles + bake + audit, static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes)};
+  return {0.02 + 4e-6 * triangles + bake + audit,
+          static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes)};
 }
 
 }  // namespace vcd

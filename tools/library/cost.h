@@ -1,5 +1,6 @@
-// What an asset will cost, guessed from its size and settings before anyone has looked into it. Good enough to start the longest first
-// and to share a library out to machines; whoever needs more memory than guessed is run again with more.
+// What an asset will cost, guessed from its size and settings before anyone has looked into it. Good enough to start
+// the longest first and to share a library out to machines; whoever needs more memory than guessed is run again with
+// more.
 #pragma once
 
 #include <cstdint>

@@ -6,8 +6,8 @@
 
 #include <unistd.h>
 
-#include "making.h"
 #include "common/paths.h"
+#include "making.h"
 
 namespace vcd {
 
@@ -33,7 +33,9 @@ std::map<std::string, Outcome> earlier_failures(const std::string& path) {
   for (std::string line; !path.empty() && path != "-" && std::getline(file, line);) {
     const Json event = Json::parse(line, nullptr, /*allow_exceptions=*/false);
     if (!event.is_object() || !event.contains("key") || !event["key"].is_string()) continue;
-    const auto text = [&](const char* name) { return event.contains(name) && event[name].is_string() ? event[name].get<std::string>() : ""; };
+    const auto text = [&](const char* name) {
+      return event.contains(name) && event[name].is_string() ? event[name].get<std::string>() : "";
+    };
     const std::string key = text("key");
     if (key.empty() || !event.contains("exit_code") || !event["exit_code"].is_number_integer()) continue;
     Outcome outcome;
@@ -48,7 +50,8 @@ std::string failure_key(const Asset& asset) {
   if (asset.input.extension() == ".gltf" || asset.input.extension() == ".glb") return {};  // it may name other files
   const auto hash = hash_file(asset.input);
   if (!hash) return {};
-  return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + asset.settings.members().dump() + "\n" + baker_text()));
+  return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + asset.settings.members().dump() + "\n" +
+                          baker_text()));
 }
 
 }  // namespace vcd

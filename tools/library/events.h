@@ -1,4 +1,5 @@
-// What happens in a run, as it happens: JSON objects, one a line, for machines. What a run has written, a later one can go on from.
+// What happens in a run, as it happens: JSON objects, one a line, for machines. What a run has written, a later one can
+// go on from.
 #pragma once
 
 #include <cstdio>
@@ -31,8 +32,8 @@ class Events {
 // Assets that failed in an earlier run, by failure_key(), as its events tell. Lines that were cut off are passed over.
 std::map<std::string, Outcome> earlier_failures(const std::string& path);
 
-// Asset, content, settings and baker as one text; empty where the content is not one file's alone, or cannot be read: then there
-// is no telling whether it would fail again.
+// Asset, content, settings and baker as one text; empty where the content is not one file's alone, or cannot be read:
+// then there is no telling whether it would fail again.
 std::string failure_key(const Asset& asset);
 
 }  // namespace vcd

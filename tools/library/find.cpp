@@ -1,8 +1,8 @@
 #include "find.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cctype>
+#include <cerrno>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -132,7 +132,8 @@ class Search {
 bool has_extension(const fs::path& path, const std::vector<std::string>& extensions) {
   std::string extension = path.extension().string();
   if (extension.empty()) return false;
-  std::transform(extension.begin(), extension.end(), extension.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
   return std::find(extensions.begin(), extensions.end(), extension.substr(1)) != extensions.end();
 }
 

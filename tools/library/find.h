@@ -11,8 +11,9 @@
 namespace vcd {
 
 struct FoundFile {
-  std::filesystem::path path;   // as named, or below the folder as named
-  std::filesystem::path below;  // relative to the folder that was searched; the file's name where the file was named itself
+  std::filesystem::path path;  // as named, or below the folder as named
+  // Relative to the folder that was searched; the file's name where the file was named itself.
+  std::filesystem::path below;
 };
 
 struct Found {
@@ -23,10 +24,12 @@ struct Found {
 };
 
 // Finds the files that `inputs` name: a file (whatever its extension), a folder (everything below it with one of the
-// `extensions`, without their dots and in any case), or a pattern where no such file exists: * ? [ ] within a component, ** for any number of folders.
+// `extensions`, without their dots and in any case), or a pattern where no such file exists: * ? [ ] within a
+// component, ** for any number of folders.
 //
-// Links are followed; each folder is entered once, so a loop of links ends, and a file in it has one path. A link to a file is a
-// file of its own. Names that begin with a dot are passed over below folders and by patterns. Names may hold any bytes.
+// Links are followed; each folder is entered once, so a loop of links ends, and a file in it has one path. A link to a
+// file is a file of its own. Names that begin with a dot are passed over below folders and by patterns. Names may hold
+// any bytes.
 Found find_files(const std::vector<std::string>& inputs, const std::vector<std::string>& extensions);
 
 // Where a path leads to, links in its folders followed: the same for two paths to one entry of a folder.
@@ -36,7 +39,8 @@ bool has_extension(const std::filesystem::path& path, const std::vector<std::str
 
 inline const std::vector<std::string> kSidecarExtensions = {"vcd"};  // of meshes: mesh_extensions()
 
-// For what is written beside them: by its name the path is neither a mesh nor a sidecar, which a slip of the hand would replace.
+// For what is written beside them: by its name the path is neither a mesh nor a sidecar, which a slip of the hand would
+// replace.
 inline bool may_be_written(const std::filesystem::path& path) {
   return !has_extension(path, mesh_extensions()) && !has_extension(path, kSidecarExtensions);
 }

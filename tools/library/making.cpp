@@ -64,12 +64,14 @@ std::string_view provenance_value(const SidecarContents& sidecar, std::string_vi
 }
 
 std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources) {
-  std::map<std::string, std::string> pairs = {{"baker", baker_text()},
-                                              {"parts", asset.settings.ingest.treat_all_as_opaque ? "all, as opaque" : "opaque"},
-                                              {"settings", settings_text(asset.settings)},
-                                              {"source", shown(asset.input.filename())}};
+  std::map<std::string, std::string> pairs = {
+      {"baker", baker_text()},
+      {"parts", asset.settings.ingest.treat_all_as_opaque ? "all, as opaque" : "opaque"},
+      {"settings", settings_text(asset.settings)},
+      {"source", shown(asset.input.filename())}};
   if (!sources.empty()) pairs["source-xxh3"] = hex(sources[0].hash);
-  for (size_t i = 1; i < sources.size(); ++i) pairs["dependencies"] += hex(sources[i].hash) + " " + escaped(sources[i].name) + "\n";
+  for (size_t i = 1; i < sources.size(); ++i)
+    pairs["dependencies"] += hex(sources[i].hash) + " " + escaped(sources[i].name) + "\n";
   return pairs;
 }
 
@@ -92,7 +94,9 @@ std::string why_outdated(const Asset& asset, const SidecarContents& sidecar) {
   if (provenance_value(sidecar, "baker") != now.at("baker")) return "made by another baker";
   if (provenance_value(sidecar, "settings") != now.at("settings")) return "made with other settings";
   for (const SectionEntry& section : sidecar.sections)
-    if (section.type == kSectionTree && (section.alignment == kPageAlignment) != (asset.settings.storage == Storage::raw)) return "stored in another way";
+    if (section.type == kSectionTree &&
+        (section.alignment == kPageAlignment) != (asset.settings.storage == Storage::raw))
+      return "stored in another way";
   if (provenance_value(sidecar, "source") != now.at("source")) return "made of a file of another name";
   const auto hash = hash_file(asset.input);
   if (!hash || provenance_value(sidecar, "source-xxh3") != hex(*hash)) return "the mesh file has changed";

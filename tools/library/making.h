@@ -1,5 +1,5 @@
-// What a sidecar says about its making: its provenance, which is part of its bytes and from which a later run tells whether it is
-// still what a bake would write.
+// What a sidecar says about its making: its provenance, which is part of its bytes and from which a later run tells
+// whether it is still what a bake would write.
 #pragma once
 
 #include <map>

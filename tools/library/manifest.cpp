@@ -21,9 +21,12 @@ class Manifest {
     if (!text) return text.error();
     const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
     if (json.is_discarded()) return fault("", "not JSON");
-    if (!json.is_object() || !json.contains("vcd_manifest")) return fault("", "no \"vcd_manifest\": it is not a manifest");
-    if (json["vcd_manifest"] != kManifestVersion) return Error{ErrorCode::unsupported, shown(path_) + ": vcd_manifest: only version 1 is known"};
-    if (auto unknown = unknown_member(json, {"vcd_manifest", "output", "settings", "assets"}, "")) return *std::move(unknown);
+    if (!json.is_object() || !json.contains("vcd_manifest"))
+      return fault("", "no \"vcd_manifest\": it is not a manifest");
+    if (json["vcd_manifest"] != kManifestVersion)
+      return Error{ErrorCode::unsupported, shown(path_) + ": vcd_manifest: only version 1 is known"};
+    if (auto unknown = unknown_member(json, {"vcd_manifest", "output", "settings", "assets"}, ""))
+      return *std::move(unknown);
     if (!json.contains("assets") || !json["assets"].is_array()) return fault("", "no array \"assets\"");
     if (json.contains("settings")) {
       auto settings = changed(settings_, json["settings"]);
@@ -47,9 +50,11 @@ class Manifest {
 
   fs::path beside(const fs::path& path) const { return path.is_absolute() ? path : path_.parent_path() / path; }
 
-  std::optional<Error> unknown_member(const Json& object, const std::vector<std::string>& known, const std::string& place) const {
+  std::optional<Error> unknown_member(const Json& object, const std::vector<std::string>& known,
+                                      const std::string& place) const {
     for (const auto& [name, value] : object.items())
-      if (std::find(known.begin(), known.end(), name) == known.end()) return fault(place, "unknown member \"" + name + "\"");
+      if (std::find(known.begin(), known.end(), name) == known.end())
+        return fault(place, "unknown member \"" + name + "\"");
     return std::nullopt;
   }
 
@@ -83,7 +88,9 @@ class Manifest {
 
 }  // namespace
 
-Result<std::vector<ManifestEntry>> read_manifest(const fs::path& path, const BakeSettings& base) { return Manifest(path, base).read(); }
+Result<std::vector<ManifestEntry>> read_manifest(const fs::path& path, const BakeSettings& base) {
+  return Manifest(path, base).read();
+}
 
 Json manifest_of(const std::vector<Asset>& assets) {
   Json json{{"vcd_manifest", kManifestVersion}, {"assets", Json::array()}};

@@ -15,8 +15,8 @@ struct ManifestEntry {
   BakeSettings settings;
 };
 
-// Relative paths start from the manifest's folder. `base`: the settings of the command line, which the manifest's override.
-// Errors: io; usage, naming the manifest, the asset and the member.
+// Relative paths start from the manifest's folder. `base`: the settings of the command line, which the manifest's
+// override. Errors: io; usage, naming the manifest, the asset and the member.
 Result<std::vector<ManifestEntry>> read_manifest(const std::filesystem::path& path, const BakeSettings& base);
 
 // A manifest that names these assets one by one, with all settings that differ from the default.

@@ -24,7 +24,8 @@ std::string entry_name(const PreparedMesh& mesh, const BakeSettings& settings) {
 }
 
 // The sidecar's object of that geometry, if its provenance has these pairs.
-std::optional<CachedObject> find_object(const fs::path& path, const std::map<std::string, std::string>& pairs, const PreparedMesh& mesh) {
+std::optional<CachedObject> find_object(const fs::path& path, const std::map<std::string, std::string>& pairs,
+                                        const PreparedMesh& mesh) {
   auto file = FileBytes::copy(path);
   if (!file) return std::nullopt;
   const auto bytes = std::make_shared<const FileBytes>(std::move(*file));
@@ -46,11 +47,13 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
 
 }  // namespace
 
-CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents, size_t index)
+CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents,
+                           size_t index)
     : file_(std::move(file)), contents_(std::move(contents)), index_(index) {}
 
 ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
-  ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry, contents().margins()};
+  ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry,
+                       contents().margins()};
   object.record.source_index = source_index;
   return object;
 }
@@ -61,7 +64,8 @@ std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const Ba
   return find_object(folder_ / name.substr(0, 2) / (name + ".vcd"), object_making(settings), mesh);
 }
 
-std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSettings& settings, const ObjectToWrite& object) const {
+std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSettings& settings,
+                                       const ObjectToWrite& object) const {
   if (folder_.empty()) return std::nullopt;
   const std::string name = entry_name(mesh, settings);
   const fs::path folder = folder_ / name.substr(0, 2);
@@ -77,7 +81,8 @@ std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSetti
   return written ? std::nullopt : std::optional(written.error());
 }
 
-std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh, const BakeSettings& settings) {
+std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh,
+                                            const BakeSettings& settings) {
   return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings_text(settings)}}, mesh);
 }
 

@@ -29,10 +29,11 @@ class CachedObject {
   size_t index_;
 };
 
-// Content-addressed: an object is found by the hash of its geometry, of the settings that decide about its bytes, and of the
-// baker's revision, whatever the file it came from. An entry is a sidecar of one object, FOLDER/xx/HASH.vcd, that says what
-// it holds; it is read as a stranger's file is, and what is damaged or says something else is not there. Any number of machines and users may
-// share a folder (who may write to it must be trusted: an entry's cells are not traced again); entries may be deleted at any time.
+// Content-addressed: an object is found by the hash of its geometry, of the settings that decide about its bytes, and
+// of the baker's revision, whatever the file it came from. An entry is a sidecar of one object, FOLDER/xx/HASH.vcd,
+// that says what it holds; it is read as a stranger's file is, and what is damaged or says something else is not there.
+// Any number of machines and users may share a folder (who may write to it must be trusted: an entry's cells are not
+// traced again); entries may be deleted at any time.
 class ObjectCache {
  public:
   explicit ObjectCache(std::filesystem::path folder) : folder_(std::move(folder)) {}  // empty: no cache
@@ -46,6 +47,7 @@ class ObjectCache {
 };
 
 // The object of that geometry in a sidecar that this baker made with the same settings; nothing otherwise.
-std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const PreparedMesh& mesh, const BakeSettings& settings);
+std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const PreparedMesh& mesh,
+                                            const BakeSettings& settings);
 
 }  // namespace vcd

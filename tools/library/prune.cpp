@@ -29,7 +29,8 @@ std::vector<fs::path> find_orphans(const Assets& assets) {
   for (const fs::path& folder : assets.folders) folders.push_back(folder.string());
   std::vector<fs::path> orphans;
   for (const FoundFile& sidecar : find_files(folders, kSidecarExtensions).files)
-    if (!wanted.contains(fs::weakly_canonical(sidecar.path, error)) && is_ours(sidecar.path)) orphans.push_back(sidecar.path);
+    if (!wanted.contains(fs::weakly_canonical(sidecar.path, error)) && is_ours(sidecar.path))
+      orphans.push_back(sidecar.path);
   return orphans;
 }
 

@@ -8,8 +8,8 @@
 
 namespace vcd {
 
-// The sidecars below the folders of these assets that this program made and that belong to none of them: their mesh was removed or
-// renamed. What cannot be read, or says of itself that another program made it, is none.
+// The sidecars below the folders of these assets that this program made and that belong to none of them: their mesh was
+// removed or renamed. What cannot be read, or says of itself that another program made it, is none.
 std::vector<std::filesystem::path> find_orphans(const Assets& assets);
 
 }  // namespace vcd

@@ -17,7 +17,8 @@ const char* fate_name(Fate fate) {
 }
 
 Json record_json(const Asset& asset, const Record& record) {
-  Json json{{"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"fate", fate_name(record.fate)}};
+  Json json{
+      {"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"fate", fate_name(record.fate)}};
   if (!record.reason.empty()) json["reason"] = record.reason;
   json["exit_code"] = record.outcome.code;
   if (!record.ok() && record.fate != Fate::waiting) {
@@ -41,14 +42,16 @@ Json record_json(const Asset& asset, const Record& record) {
 void Record::pack() {
   if (!outcome.report.is_object()) return;
   bytes = outcome.report.value("bytes", uint64_t{0});
-  for (const Json& object : outcome.report.value("objects", Json::array())) objects_reused += object.value("reused", false);
+  for (const Json& object : outcome.report.value("objects", Json::array()))
+    objects_reused += object.value("reused", false);
   packed_report = outcome.report.dump(-1, ' ', false, Json::error_handler_t::replace);
   outcome.report = nullptr;
   outcome.summary.clear();
 }
 
 Totals& Totals::operator+=(const Totals& o) {
-  assets += o.assets, baked += o.baked, objects_reused += o.objects_reused, up_to_date += o.up_to_date, failed += o.failed;
+  assets += o.assets, baked += o.baked, objects_reused += o.objects_reused, up_to_date += o.up_to_date,
+      failed += o.failed;
   failed_before += o.failed_before, not_run += o.not_run, bytes += o.bytes;
   return *this;
 }
@@ -68,8 +71,9 @@ Totals totals_of(const std::vector<Record>& records) {
 }
 
 Json totals_json(const Totals& t) {
-  return {{"assets", t.assets}, {"baked", t.baked}, {"objects_reused", t.objects_reused}, {"up_to_date", t.up_to_date}, {"failed", t.failed},
-          {"failed_before", t.failed_before}, {"not_run", t.not_run}, {"bytes", t.bytes}};
+  return {{"assets", t.assets},         {"baked", t.baked},   {"objects_reused", t.objects_reused},
+          {"up_to_date", t.up_to_date}, {"failed", t.failed}, {"failed_before", t.failed_before},
+          {"not_run", t.not_run},       {"bytes", t.bytes}};
 }
 
 }  // namespace vcd

@@ -16,10 +16,10 @@ const char* fate_name(Fate fate);  // "baked", "up-to-date", …
 
 struct Record {
   Fate fate = Fate::waiting;
-  std::string reason;     // why it is to be baked: no sidecar yet, the mesh file has changed, …
-  Cost cost;              // guessed
-  Outcome outcome;        // its code, and what went wrong, or the report
-  double seconds = 0;     // wall time of the last attempt
+  std::string reason;  // why it is to be baked: no sidecar yet, the mesh file has changed, …
+  Cost cost;           // guessed
+  Outcome outcome;     // its code, and what went wrong, or the report
+  double seconds = 0;  // wall time of the last attempt
   uint64_t peak_memory_bytes = 0;
   unsigned threads = 0;
   unsigned attempts = 0;

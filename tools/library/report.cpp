@@ -19,10 +19,14 @@ std::optional<Error> write_text(const std::string& path, const std::string& text
 }  // namespace
 
 Json report_json(const std::vector<Asset>& assets, const std::vector<Record>& records, const RunReport& run) {
-  Json json{{"tool", "vc-bake"}, {"version", VCD_VERSION}, {"seconds", run.seconds}, {"totals", totals_json(totals_of(records))}};
+  Json json{{"tool", "vc-bake"},
+            {"version", VCD_VERSION},
+            {"seconds", run.seconds},
+            {"totals", totals_json(totals_of(records))}};
   if (run.dry_run) json["dry_run"] = true;
   json["errors"] = Json::array();
-  for (const Error& error : run.errors) json["errors"].push_back({{"error", error.message}, {"exit_code", static_cast<int>(error.code)}});
+  for (const Error& error : run.errors)
+    json["errors"].push_back({{"error", error.message}, {"exit_code", static_cast<int>(error.code)}});
   json["pruned"] = Json::array();
   for (const std::filesystem::path& path : run.pruned) json["pruned"].push_back(path_to_json(path));
   json["other_files"] = run.other_files;
@@ -40,7 +44,8 @@ Json report_json(const std::vector<Asset>& assets, const std::vector<Record>& re
 }
 
 std::optional<Error> write_report(const std::string& name, const Json& report) {
-  if (auto fault = write_text(name + ".json", report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n")) return fault;
+  if (auto fault = write_text(name + ".json", report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"))
+    return fault;
   return write_text(name + ".html", report_page(report));
 }
 

@@ -9,7 +9,7 @@
 namespace vcd {
 
 struct RunReport {
-  std::vector<Error> errors;         // of inputs
+  std::vector<Error> errors;  // of inputs
   std::vector<std::filesystem::path> pruned;
   size_t other_files = 0, named_again = 0;
   double seconds = 0;

@@ -41,7 +41,8 @@ std::string text_of(const Json& object, const char* key) {
   if (!object.is_object() || !object.contains(key)) return "";
   const Json& value = object[key];
   if (value.is_string()) return value.get<std::string>();
-  if (value.is_object() && value.contains("bytes") && value["bytes"].is_string()) return "bytes " + value["bytes"].get<std::string>();
+  if (value.is_object() && value.contains("bytes") && value["bytes"].is_string())
+    return "bytes " + value["bytes"].get<std::string>();
   return value.is_null() ? "" : value.dump();
 }
 double number_of(const Json& object, const char* key) {
@@ -51,7 +52,9 @@ const Json& list_of(const Json& object, const char* key) {
   static const Json kEmpty = Json::array();
   return object.is_object() && object.contains(key) && object[key].is_array() ? object[key] : kEmpty;
 }
-Json member(const Json& object, const char* key) { return object.is_object() && object.contains(key) ? object[key] : Json(nullptr); }
+Json member(const Json& object, const char* key) {
+  return object.is_object() && object.contains(key) ? object[key] : Json(nullptr);
+}
 
 std::string format(const char* pattern, double value) {
   char text[64];
@@ -82,22 +85,30 @@ std::string baked_rows(const Json& file) {
     for (const Json& f : list_of(plan, "forecasts"))
       if (number_of(f, "depth") == number_of(plan, "depth")) gain = format("%.2f", number_of(f, "gain"));
     const bool is_none = text_of(object, "method") == "none";
-    const std::string method = is_none ? "not worth it" : text_of(object, "method") + ", depth " + text_of(object, "depth");
+    const std::string method =
+        is_none ? "not worth it" : text_of(object, "method") + ", depth " + text_of(object, "depth");
     rows += "<tr>" + cell(rows.empty() ? text_of(file, "input") : "") + cell(text_of(object, "name")) +
             cell(readable_count(number_of(object, "triangle_count")), "n") + cell(method) +
-            cell(is_none ? "" : format("%.1f %%", 100 * (1 - number_of(shares, "unclassified"))), "n") + cell(gain, "n") +
+            cell(is_none ? "" : format("%.1f %%", 100 * (1 - number_of(shares, "unclassified"))), "n") +
+            cell(gain, "n") +
             cell(audit.is_object() ? format("%.2g", number_of(audit, "wrong_rate_bound_95")) : "", "n") +
             cell(rows.empty() ? readable_bytes(static_cast<uint64_t>(number_of(file, "bytes"))) : "", "n") +
-            cell(object.value("reused", false) ? "reused" : number_of(object, "seconds") > 0 ? readable_seconds(number_of(object, "seconds")) : "", "n") + "</tr>\n";
+            cell(object.value("reused", false)      ? "reused"
+                 : number_of(object, "seconds") > 0 ? readable_seconds(number_of(object, "seconds"))
+                                                    : "",
+                 "n") +
+            "</tr>\n";
   }
   return rows;
 }
 
 constexpr const char* kBakedHead =
-    "<th>Asset<th>Object<th class=n>Triangles<th>Method<th class=n>Lines resolved<th class=n>Gain forecast<th class=n>Wrong, 95 % bound<th class=n>Bytes<th class=n>Bake";
+    "<th>Asset<th>Object<th class=n>Triangles<th>Method<th class=n>Lines resolved<th class=n>Gain forecast<th "
+    "class=n>Wrong, 95 % bound<th class=n>Bytes<th class=n>Bake";
 
 std::string number_item(const std::string& number, const char* what, bool bad = false) {
-  return std::string("<li") + (bad ? " class=\"bad\"" : "") + "><b>" + escaped(number) + "</b><span>" + what + "</span></li>";
+  return std::string("<li") + (bad ? " class=\"bad\"" : "") + "><b>" + escaped(number) + "</b><span>" + what +
+         "</span></li>";
 }
 
 }  // namespace
@@ -105,30 +116,43 @@ std::string number_item(const std::string& number, const char* what, bool bad = 
 std::string report_page(const Json& report) {
   std::string baked, known, failed, left_out, pruned;
   size_t baked_count = 0, known_count = 0, failed_count = 0, left_out_count = 0;
-  for (const Json& error : list_of(report, "errors")) failed += "<tr>" + cell("input", "bad") + cell("") + cell(text_of(error, "error")) + cell("") + "</tr>\n", ++failed_count;
+  for (const Json& error : list_of(report, "errors"))
+    failed += "<tr>" + cell("input", "bad") + cell("") + cell(text_of(error, "error")) + cell("") + "</tr>\n",
+        ++failed_count;
   for (const Json& file : list_of(report, "files")) {
     const std::string fate = text_of(file, "fate");
     if (fate == "baked") baked += baked_rows(file), ++baked_count;
     else if (fate == "up-to-date") known += baked_rows(file), ++known_count;
-    else failed += "<tr>" + cell(text_of(file, "kind"), "bad") + cell(text_of(file, "input")) + cell(text_of(file, "error")) + cell(text_of(file, "old_sidecar")) + "</tr>\n", ++failed_count;
+    else
+      failed += "<tr>" + cell(text_of(file, "kind"), "bad") + cell(text_of(file, "input")) +
+                cell(text_of(file, "error")) + cell(text_of(file, "old_sidecar")) + "</tr>\n",
+          ++failed_count;
     for (const Json& note : list_of(file, "notes"))
-      if (note.is_string()) left_out += "<tr>" + cell(text_of(file, "input")) + cell(note.get<std::string>()) + "</tr>\n", ++left_out_count;
+      if (note.is_string())
+        left_out += "<tr>" + cell(text_of(file, "input")) + cell(note.get<std::string>()) + "</tr>\n", ++left_out_count;
   }
-  for (const Json& path : list_of(report, "pruned")) pruned += "<tr>" + cell(path.is_string() ? path.get<std::string>() : text_of({{"p", path}}, "p")) + "</tr>\n";
+  for (const Json& path : list_of(report, "pruned"))
+    pruned += "<tr>" + cell(path.is_string() ? path.get<std::string>() : text_of({{"p", path}}, "p")) + "</tr>\n";
   const Json totals = member(report, "totals");
   const auto count = [&](const char* key) { return text_of(totals, key); };
-  return std::string("<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\">") +
-         "<title>vc-bake report</title><style>" + kStyle + "</style>\n<h1>Sidecars of a library</h1><ul class=\"numbers\">" +
-         number_item(count("assets"), "assets") + number_item(count("baked"), "baked") + number_item(count("up_to_date"), "up to date") +
+  return std::string(
+             "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" "
+             "content=\"width=device-width\">") +
+         "<title>vc-bake report</title><style>" + kStyle +
+         "</style>\n<h1>Sidecars of a library</h1><ul class=\"numbers\">" + number_item(count("assets"), "assets") +
+         number_item(count("baked"), "baked") + number_item(count("up_to_date"), "up to date") +
          number_item(std::to_string(failed_count), "failed or not run", failed_count > 0) +
          number_item(readable_bytes(static_cast<uint64_t>(number_of(totals, "bytes"))), "of sidecars") +
          number_item(readable_seconds(number_of(report, "seconds")), "wall time") + "</ul>\n" +
          section("Failed", failed_count, table("<th>What<th>Asset<th>Why<th>Older sidecar in place", failed)) +
          section("Baked", baked_count, table(kBakedHead, baked)) +
          section("Left out of assets", left_out_count, table("<th>Asset<th>What and why", left_out)) +
-         section("Sidecars removed, their assets are gone", list_of(report, "pruned").size(), table("<th>Sidecar", pruned)) +
-         section("Up to date", known_count, table(kBakedHead, known), false) + "<p>vcd " + escaped(text_of(report, "version")) +
-         ". <i>Wrong</i>: share of random lines whose answer an audit against exact arithmetic found wrong, upper end of the 95 % interval. " +
+         section("Sidecars removed, their assets are gone", list_of(report, "pruned").size(),
+                 table("<th>Sidecar", pruned)) +
+         section("Up to date", known_count, table(kBakedHead, known), false) + "<p>vcd " +
+         escaped(text_of(report, "version")) +
+         ". <i>Wrong</i>: share of random lines whose answer an audit against exact arithmetic found wrong, upper end "
+         "of the 95 % interval. " +
          "<i>Gain forecast</i>: of single shadow rays that pierce the box.</p></html>\n";
 }
 

@@ -12,7 +12,11 @@ bool Schedule::LongestFirst::operator()(size_t a, size_t b) const {
 }
 
 Schedule::Schedule(std::vector<Cost> costs, unsigned threads, uint64_t memory_bytes)
-    : costs_(std::move(costs)), all_threads_(threads), free_threads_(threads), all_memory_(memory_bytes), free_memory_(memory_bytes),
+    : costs_(std::move(costs)),
+      all_threads_(threads),
+      free_threads_(threads),
+      all_memory_(memory_bytes),
+      free_memory_(memory_bytes),
       waiting_(LongestFirst{&costs_}) {
   for (size_t job = 0; job < costs_.size(); ++job) {
     costs_[job].memory_bytes = std::min(costs_[job].memory_bytes, all_memory_);
@@ -21,8 +25,8 @@ Schedule::Schedule(std::vector<Cost> costs, unsigned threads, uint64_t memory_by
   }
 }
 
-// With R seconds of work left for T threads, a job of more than R / T would be the last to end: it gets more of them. What runs is on
-// average half done.
+// With R seconds of work left for T threads, a job of more than R / T would be the last to end: it gets more of them.
+// What runs is on average half done.
 unsigned Schedule::threads_for(size_t job) const {
   const double left = seconds_waiting_ + seconds_running_ / 2;
   const double share = left > 0 ? costs_[job].seconds * all_threads_ / left : 1;

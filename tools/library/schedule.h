@@ -1,5 +1,5 @@
-// Which job to start next, on how many threads: the longest first, small ones side by side, one that would outlast all others on
-// several threads; never more threads or memory than there are.
+// Which job to start next, on how many threads: the longest first, small ones side by side, one that would outlast all
+// others on several threads; never more threads or memory than there are.
 #pragma once
 
 #include <cstddef>

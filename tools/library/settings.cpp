@@ -30,16 +30,18 @@ void add_settings(CLI::App& app, BakeSettings& settings) {
                  "Levels of the octree, 1 to 8: each costs about ten times more; auto: the deepest that pays (default)")
       ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}).description(""))
       ->type_name("auto|1|2|3|4|5|6|7|8");
-  app.add_option("--budget-mb", settings.budget_mb,
-                 "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
+  app.add_option(
+         "--budget-mb", settings.budget_mb,
+         "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
       ->check(CLI::Range(0.02, 1e6));
   app.add_option("--budget-seconds", settings.bake.budget_seconds,
                  "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
                  "unclassified, and the result depends on the machine (default: none)")
       ->check(CLI::Range(0.1, 1e9));
   add_method_options(app, settings.bake);
-  app.add_option("--audit", settings.audit_lines,
-                 "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
+  app.add_option(
+         "--audit", settings.audit_lines,
+         "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
       ->check(CLI::Range(0, 2000000000));
   app.add_option("--seed", settings.bake.seed, "Seed of the sample rays (default: 0)");
   static const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
@@ -60,9 +62,11 @@ Result<BakeSettings> changed(const BakeSettings& base, const Json& members) {
   add_settings(app, settings);
   std::vector<std::string> arguments;
   for (const auto& [name, value] : members.items()) {
-    if (!value.is_primitive() || value.is_null()) return Error{ErrorCode::usage, "setting " + name + ": not a number, text, true or false"};
+    if (!value.is_primitive() || value.is_null())
+      return Error{ErrorCode::usage, "setting " + name + ": not a number, text, true or false"};
     // The last argument first, as CLI11 wants them.
-    arguments.insert(arguments.begin(), "--" + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+    arguments.insert(arguments.begin(),
+                     "--" + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
   }
   try {
     app.parse(std::move(arguments));

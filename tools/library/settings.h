@@ -31,8 +31,8 @@ struct BakeSettings {
 // Adds the options. `settings` is filled when the app parses and outlives it.
 void add_settings(CLI::App& app, BakeSettings& settings);
 
-// `base` with the members of a JSON object in place: their names are the options' long names, values numbers, texts or, for
-// flags, true or false. Error (usage) for what the command line would not take either.
+// `base` with the members of a JSON object in place: their names are the options' long names, values numbers, texts or,
+// for flags, true or false. Error (usage) for what the command line would not take either.
 Result<BakeSettings> changed(const BakeSettings& base, const Json& members);
 
 }  // namespace vcd

@@ -13,8 +13,9 @@ struct Standing {
   // Empty: the sidecar is sound, was made by this baker with these settings, and the files that it was made of have
   // the same content now. Else a clause that says why not.
   std::string reason;
-  std::vector<std::filesystem::path> dependencies;  // if up to date: files that the mesh file names, relative to its folder
-  Json objects;                          // likewise: their description, for reports
+  // If up to date: files that the mesh file names, relative to its folder.
+  std::vector<std::filesystem::path> dependencies;
+  Json objects;  // likewise: their description, for reports
   uint64_t bytes = 0;
   bool exists = false;
 

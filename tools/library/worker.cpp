@@ -22,8 +22,8 @@ namespace fs = std::filesystem;
 
 constexpr size_t kLongestMessage = size_t{64} << 20;
 
-// Messages are JSON objects, one a line: {"stage"}, {"fraction", "rays", "seconds"}, and the last one either {"report", "summary",
-// "sources"} or {"code", "error"}.
+// Messages are JSON objects, one a line: {"stage"}, {"fraction", "rays", "seconds"}, and the last one either {"report",
+// "summary", "sources"} or {"code", "error"}.
 void send(int pipe, const Json& message) {
   const std::string line = message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   for (size_t sent = 0; sent < line.size();) {
@@ -57,7 +57,8 @@ int bake_and_send(const Asset& asset, const WorkerOptions& options, int pipe) {
     send(pipe, {{"fraction", p.fraction}, {"rays", p.rays}, {"seconds", p.seconds}});
   };
   const auto baked = bake_asset(asset, context);
-  if (!baked && baked.error().code == ErrorCode::runtime && baked.error().message.find("out of memory") != std::string::npos)
+  if (!baked && baked.error().code == ErrorCode::runtime &&
+      baked.error().message.find("out of memory") != std::string::npos)
     return ChildProcess::kOutOfMemory;
   if (!baked) return send(pipe, {{"code", static_cast<int>(baked.error().code)}, {"error", baked.error().message}}), 0;
   Json sources = Json::array();
@@ -83,7 +84,8 @@ const char* error_kind(ErrorCode code) {
 
 Result<Worker> Worker::start(const Asset& asset, const WorkerOptions& options) {
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0) return Error{ErrorCode::runtime, shown(asset.input) + ": no pipe: " + std::strerror(errno)};
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    return Error{ErrorCode::runtime, shown(asset.input) + ": no pipe: " + std::strerror(errno)};
   Descriptor in(ends[0]);
   const Descriptor out(ends[1]);
   ::fcntl(in.get(), F_SETFL, O_NONBLOCK);
@@ -99,13 +101,16 @@ Result<Worker> Worker::start(const Asset& asset, const WorkerOptions& options) {
 Worker::Worker(const Asset& asset, ChildProcess child, Descriptor messages)
     : input_(asset.input), child_(std::move(child)), messages_(std::move(messages)) {}
 
-double Worker::seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+double Worker::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+}
 
 void Worker::take(const std::string& line) {
   const Json message = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!message.is_object()) return;
   const auto number = [&](const char* key, double& value) {
-    if (message.contains(key) && message[key].is_number() && std::isfinite(message[key].get<double>())) value = message[key].get<double>();
+    if (message.contains(key) && message[key].is_number() && std::isfinite(message[key].get<double>()))
+      value = message[key].get<double>();
   };
   if (message.contains("stage") && message["stage"].is_string()) {
     stage_ = message["stage"].get<std::string>();
@@ -129,7 +134,8 @@ bool Worker::update() {
       break;
     }
     unread_.append(chunk, static_cast<size_t>(got));
-    for (size_t end; (end = unread_.find('\n')) != std::string::npos; unread_.erase(0, end + 1)) take(unread_.substr(0, end));
+    for (size_t end; (end = unread_.find('\n')) != std::string::npos; unread_.erase(0, end + 1))
+      take(unread_.substr(0, end));
   }
   return ended;
 }
@@ -141,11 +147,13 @@ Outcome Worker::outcome() const {
     outcome.code = static_cast<int>(ErrorCode::runtime);
     outcome.kind = child_.out_of_time() ? "time" : child_.out_of_memory() ? "memory" : "crash";
     outcome.message = shown(input_) + ": " + fault + " while " + stage_ + child_.last_words();
-  } else if (result_.contains("error") && result_["error"].is_string() && result_.contains("code") && result_["code"].is_number_integer()) {
+  } else if (result_.contains("error") && result_["error"].is_string() && result_.contains("code") &&
+             result_["code"].is_number_integer()) {
     outcome.code = std::clamp(result_["code"].get<int>(), 1, 8);
     outcome.kind = error_kind(static_cast<ErrorCode>(outcome.code));
     outcome.message = result_["error"].get<std::string>();
-  } else if (result_.contains("report") && result_["report"].is_object() && result_.contains("summary") && result_["summary"].is_string()) {
+  } else if (result_.contains("report") && result_["report"].is_object() && result_.contains("summary") &&
+             result_["summary"].is_string()) {
     outcome.report = result_["report"];
     outcome.summary = result_["summary"].get<std::string>();
     for (const Json& source : result_.value("sources", Json::array()))

@@ -22,21 +22,23 @@ struct WorkerOptions {
 
 // How a worker ended.
 struct Outcome {
-  int code = 0;         // exit code of the program were this its only asset
-  std::string kind;     // "" if it was baked; else what failed: "crash", "time", "memory", or the name of the error code, "invalid-file"
+  int code = 0;      // exit code of the program were this its only asset
+  std::string kind;  // "" if it was baked; else what failed: "crash", "time", "memory", or the name of the error code,
+                     // "invalid-file"
   std::string message;  // likewise; names the file, the place and the reason
   std::string stage;    // what it was doing at its end
   Json report;          // of bake_asset
   std::string summary;
-  std::vector<std::filesystem::path> sources;  // files that the mesh file names and that were read, relative to its folder
+  // Files that the mesh file names and that were read, relative to its folder.
+  std::vector<std::filesystem::path> sources;
 
   bool ok() const { return code == 0; }
 };
 
 const char* error_kind(ErrorCode code);
 
-// Dies with its parent; killed and reaped when this goes. What it says is not believed beyond its form: the asset's bytes may
-// have had it in their power.
+// Dies with its parent; killed and reaped when this goes. What it says is not believed beyond its form: the asset's
+// bytes may have had it in their power.
 class Worker {
  public:
   // Error (runtime): no process. The caller has no other threads.
@@ -44,14 +46,14 @@ class Worker {
 
   int messages() const { return messages_.get(); }  // to poll; -1 once it has said all
   int words() const { return child_.words(); }
-  bool update();        // takes in what it says; true once it has ended
+  bool update();            // takes in what it says; true once it has ended
   Outcome outcome() const;  // then
 
   const std::string& stage() const { return stage_; }
   double fraction() const { return fraction_; }  // of the object that is being baked
   double rays() const { return rays_; }
   double bake_seconds() const { return bake_seconds_; }
-  double seconds() const;  // since its start
+  double seconds() const;                                                    // since its start
   uint64_t peak_memory_bytes() const { return child_.peak_memory_bytes(); }  // after its end
 
  private:

@@ -13,8 +13,8 @@ Beam::Beam(std::span<const Segment> segments)
   for (int a = 0; a < 3; ++a) low_[a] = {low[a], 1 / low[a]}, high_[a] = {high[a], 1 / high[a]};
 }
 
-// At t, the beam covers origin + t · [low, high] on each axis. It overlaps the box on that axis where t · low ≤ box.high - origin
-// and t · high ≥ box.low - origin: two half-lines of t. All of them must have a t in common.
+// At t, the beam covers origin + t · [low, high] on each axis. It overlaps the box on that axis where t · low ≤
+// box.high - origin and t · high ≥ box.low - origin: two half-lines of t. All of them must have a t in common.
 bool Beam::may_meet(const Box& box) const {
   const float below[3] = {box.low.x - origin_.x, box.low.y - origin_.y, box.low.z - origin_.z};
   const float above[3] = {box.high.x - origin_.x, box.high.y - origin_.y, box.high.z - origin_.z};

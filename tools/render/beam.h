@@ -9,8 +9,8 @@
 
 namespace vcd {
 
-// All points origin + t · direction with 0 ≤ t ≤ 1 and the direction in the box about the directions of some segments that
-// begin at one point.
+// All points origin + t · direction with 0 ≤ t ≤ 1 and the direction in the box about the directions of some segments
+// that begin at one point.
 class Beam {
  public:
   explicit Beam(std::span<const Segment> segments);  // at least one
@@ -19,7 +19,7 @@ class Beam {
   bool may_meet(const Box& box) const;
 
  private:
-  struct Bound {   // a direction component's end: t · slope against an offset from the origin
+  struct Bound {  // a direction component's end: t · slope against an offset from the origin
     float slope, inverse;
   };
   Vec3 origin_;

@@ -8,7 +8,8 @@
 namespace vcd {
 
 const char* segment_kind_name(SegmentKind kind) {
-  constexpr const char* kNames[kSegmentKinds] = {"missing", "piercing", "own", "inside", "instanced-ground", "instanced-own"};
+  constexpr const char* kNames[kSegmentKinds] = {"missing", "piercing",         "own",
+                                                 "inside",  "instanced-ground", "instanced-own"};
   return kNames[static_cast<size_t>(kind)];
 }
 
@@ -92,7 +93,8 @@ class Census::Caster : public ShadowCaster {
   std::vector<uint8_t> truth_;
 };
 
-Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, EmbreeQuery truth, size_t pixels)
+Census::Census(const World& world, std::vector<Object> objects, const TestCounter& counter, EmbreeQuery truth,
+               size_t pixels)
     : world_(world), objects_(std::move(objects)), counter_(counter), truth_(truth) {
   pass_.pixel_tests.resize(pixels);
   pass_.pixel_open.resize(pixels);

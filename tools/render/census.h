@@ -26,9 +26,9 @@ SegmentKind segment_kind(const World& world, const Bundle& bundle, const Segment
 
 struct KindCounts {
   uint64_t segments = 0;
-  uint64_t answered[2] = {};      // clear, blocked: no hierarchy was asked
-  uint64_t wrong = 0;             // the final answer is not the traced one
-  uint64_t wrong_answered = 0;    // of these, answered without the hierarchy
+  uint64_t answered[2] = {};    // clear, blocked: no hierarchy was asked
+  uint64_t wrong = 0;           // the final answer is not the traced one
+  uint64_t wrong_answered = 0;  // of these, answered without the hierarchy
 
   uint64_t resolved() const { return answered[0] + answered[1]; }
   void add(const KindCounts& other);
@@ -36,14 +36,15 @@ struct KindCounts {
 
 struct CensusPass {
   std::array<KindCounts, kSegmentKinds> kinds;
-  uint64_t tests = 0;                 // ray–triangle tests of what the sidecars left open
-  std::vector<double> pixel_tests;    // the same by pixel
-  std::vector<double> pixel_open;     // segments that were left open, by pixel
+  uint64_t tests = 0;               // ray–triangle tests of what the sidecars left open
+  std::vector<double> pixel_tests;  // the same by pixel
+  std::vector<double> pixel_open;   // segments that were left open, by pixel
 
   KindCounts total() const;
 };
 
-// The counts of one variant, gathered by one caster a thread. The picture that such a pass renders is that of the variant.
+// The counts of one variant, gathered by one caster a thread. The picture that such a pass renders is that of the
+// variant.
 class Census {
  public:
   // objects: one a world object, or none: then all is traced, and counted. truth: how to trace what is true.

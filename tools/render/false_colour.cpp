@@ -10,9 +10,9 @@ namespace vcd {
 namespace {
 
 // Samples of Matplotlib's "inferno" (Smith and van der Walt, CC0), sRGB: even steps of lightness, whatever one's eyes.
-constexpr uint8_t kColours[][3] = {{0, 0, 4},     {22, 11, 57},   {66, 10, 104},  {106, 23, 110}, {147, 38, 103},
-                                   {188, 55, 84}, {221, 81, 58},  {243, 120, 25}, {252, 165, 10}, {246, 215, 70},
-                                   {252, 255, 164}};
+constexpr uint8_t kColours[][3] = {{0, 0, 4},      {22, 11, 57},   {66, 10, 104},  {106, 23, 110},
+                                   {147, 38, 103}, {188, 55, 84},  {221, 81, 58},  {243, 120, 25},
+                                   {252, 165, 10}, {246, 215, 70}, {252, 255, 164}};
 constexpr size_t kColourCount = std::size(kColours);
 
 float linear(double srgb) {

@@ -20,7 +20,9 @@ uint64_t bytes_needed(const std::string& name, const GeneratedSceneOptions& opti
 void add_generated_scene_options(CLI::App& app, GeneratedSceneOptions& options, const std::string& seed_flag) {
   const auto add = [&](const char* flag, uint32_t& value, const char* help, uint32_t low, uint32_t high) {
     app.add_option(flag, value, std::string(help) + " (default: " + std::to_string(value) + ")")
-        ->check(CLI::Range(low, high))->type_name("N")->group("Generated scenes");
+        ->check(CLI::Range(low, high))
+        ->type_name("N")
+        ->group("Generated scenes");
   };
   const uint32_t many = UINT32_MAX;
   add("--level", options.level, "sierpinski: 4^(level + 1) triangles", 0, 12);
@@ -30,9 +32,11 @@ void add_generated_scene_options(CLI::App& app, GeneratedSceneOptions& options, 
   add("--instances", options.forest.instances, "forest: trees", 1, many);
   add("--species", options.forest.species, "forest: kinds of trees, one mesh each", 1, 4);
   add("--leaves", options.forest.leaves, "forest: leaves of one tree, about", 0, many);
-  app.add_option_function<uint64_t>(seed_flag, [&](uint64_t seed) { options.hairball.seed = options.forest.seed = seed; },
-                                    "hairball, forest: another seed, another scene (default: 1)")
-      ->type_name("N")->group("Generated scenes");
+  app.add_option_function<uint64_t>(
+         seed_flag, [&](uint64_t seed) { options.hairball.seed = options.forest.seed = seed; },
+         "hairball, forest: another seed, another scene (default: 1)")
+      ->type_name("N")
+      ->group("Generated scenes");
 }
 
 bool is_generated_scene(const std::string& name) {

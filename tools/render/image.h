@@ -24,8 +24,8 @@ std::optional<Error> write_png(const std::filesystem::path& path, const Image& i
 // OpenEXR, 32-bit float, linear.
 std::optional<Error> write_exr(const std::filesystem::path& path, const Image& image);
 
-// Brightness that a display shows from light of any strength: Reinhard's curve on luminance, with a white point (Reinhard
-// et al., Photographic Tone Reproduction for Digital Images, 2002, equation 4).
+// Brightness that a display shows from light of any strength: Reinhard's curve on luminance, with a white point
+// (Reinhard et al., Photographic Tone Reproduction for Digital Images, 2002, equation 4).
 Image tone_mapped(const Image& image, float exposure = 1, float white = 2);
 
 struct Difference {

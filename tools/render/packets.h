@@ -14,8 +14,8 @@ namespace vcd {
 
 std::string name_of(EmbreeQuery packets);  // "rtcOccluded16, coherent"
 
-// All that are sound for a scene: without the coherent flag where it holds instances. There Embree 3.13.5 with AVX-512 was
-// seen never to return from a coherent rtcOccluded16, on an everyday bundle of shadow rays.
+// All that are sound for a scene: without the coherent flag where it holds instances. There Embree 3.13.5 with AVX-512
+// was seen never to return from a coherent rtcOccluded16, on an everyday bundle of shadow rays.
 std::vector<EmbreeQuery> all_packets(bool instances);
 
 }  // namespace vcd

@@ -45,7 +45,8 @@ Recording record(const World& world, RenderSettings settings) {
   return recording;
 }
 
-ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool looks_up, const MakeCasterWith& make_caster) {
+ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool looks_up,
+                        const MakeCasterWith& make_caster) {
   RenderSettings small = settings;
   small.width = 36, small.height = 24, small.pixel_samples = 1, small.seed = settings.seed ^ kTrialSeed;
   const Recording bundles = record(world, small);
@@ -61,7 +62,8 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
     for (const EmbreeQuery& query : world.ways_to_trace()) {
       if (look_up && !looks_up) continue;
       ShadowWays ways(query);
-      ways.policy = look_up ? LookUpPolicy(Use::always, Use::always, Use::always) : LookUpPolicy(Use::never, Use::never, Use::never);
+      ways.policy = look_up ? LookUpPolicy(Use::always, Use::always, Use::always)
+                            : LookUpPolicy(Use::never, Use::never, Use::never);
       options.push_back({look_up, query, make_caster(ways), {}});
     }
   ShadowWays best;
@@ -72,10 +74,13 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
     for (int trial = 0; trial < kTrials; ++trial)
       for (Option& option : options) {
         // What was far behind at first does not catch up.
-        const auto behind = [&](const Option& other) { return !other.seconds.empty() && 2 * other.seconds[0] < option.seconds[0]; };
+        const auto behind = [&](const Option& other) {
+          return !other.seconds.empty() && 2 * other.seconds[0] < option.seconds[0];
+        };
         if (trial > 0 && std::any_of(options.begin(), options.end(), behind)) continue;
         const auto start = std::chrono::steady_clock::now();
-        for (size_t i : kinds[kind]) option.caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
+        for (size_t i : kinds[kind])
+          option.caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
         option.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
       }
     const auto median = [](Option& option) {
@@ -88,7 +93,8 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
         fastest[option.looks_up] = seconds;
         (option.looks_up ? best.left : best.traced)[kind] = option.query;
       }
-    best.policy.fix(static_cast<From>(kind), looks_up && fastest[1] <= LookUpPolicy::kWorthwhile * fastest[0] ? Use::always : Use::never);
+    best.policy.fix(static_cast<From>(kind),
+                    looks_up && fastest[1] <= LookUpPolicy::kWorthwhile * fastest[0] ? Use::always : Use::never);
   }
   return best;
 }

@@ -17,8 +17,12 @@ class Recording {
   size_t size() const { return places_.size(); }
   Bundle operator[](size_t i) const {
     const auto& [first, count, light, pixel, surface] = places_[i];
-    return {std::span(segments_).subspan(first, count), std::span(u_).subspan(first, count), std::span(v_).subspan(first, count),
-            light, pixel, surface};
+    return {std::span(segments_).subspan(first, count),
+            std::span(u_).subspan(first, count),
+            std::span(v_).subspan(first, count),
+            light,
+            pixel,
+            surface};
   }
   uint64_t segment_count() const { return segments_.size(); }
 
@@ -37,10 +41,11 @@ Recording record(const World& world, RenderSettings settings);
 
 using MakeCasterWith = std::function<std::unique_ptr<ShadowCaster>(const ShadowWays&)>;
 
-// The fastest ways for a caster, by where bundles begin: each is tried on the bundles of a small picture with a seed of its own,
-// so that no ray of the picture itself is used. looks_up: whether the caster can look up; the policy then says whether that
-// paid.
-ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool looks_up, const MakeCasterWith& make_caster);
+// The fastest ways for a caster, by where bundles begin: each is tried on the bundles of a small picture with a seed of
+// its own, so that no ray of the picture itself is used. looks_up: whether the caster can look up; the policy then says
+// whether that paid.
+ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool looks_up,
+                        const MakeCasterWith& make_caster);
 
 // "outside: look-up, rtcOccluded16; own: rtcOccluded16, coherent"
 std::string text_of(const ShadowWays& ways);

@@ -16,9 +16,11 @@ namespace vcd {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_between(Clock::time_point a, Clock::time_point b) { return std::chrono::duration<double>(b - a).count(); }
+double seconds_between(Clock::time_point a, Clock::time_point b) {
+  return std::chrono::duration<double>(b - a).count();
+}
 
-constexpr uint32_t kTile = 8;                      // pixels along a tile's side
+constexpr uint32_t kTile = 8;                       // pixels along a tile's side
 constexpr Vec3 kBackground = {0.55f, 0.65f, 0.8f};  // where a camera ray meets nothing
 
 struct SurfacePoint {
@@ -151,8 +153,9 @@ class Worker {
     const auto segments = std::span(segments_).first(count);
     if (Beam(segments).may_meet(world_.bounds)) {
       const Clock::time_point start = Clock::now();
-      caster_->cast({segments, std::span(u_).first(count), std::span(v_).first(count), light_index, pixel, point.surface},
-                    std::span(blocked_).first(count));
+      caster_->cast(
+          {segments, std::span(u_).first(count), std::span(v_).first(count), light_index, pixel, point.surface},
+          std::span(blocked_).first(count));
       shadow_seconds += seconds_between(start, Clock::now());
       shadow_segments += count;
     } else {

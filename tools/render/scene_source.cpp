@@ -24,7 +24,8 @@ Result<Parts> read_parts(const std::vector<std::string>& paths, bool quiet, std:
     for (const std::string& note : ingested->notes)
       if (!quiet) print_note(path + ": " + note);
     for (SourceMesh& mesh : ingested->meshes) {
-      parts.meshes.push_back({std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}});
+      parts.meshes.push_back(
+          {std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}});
       sources.push_back(path);
     }
     parts.placements = std::move(ingested->placements);
@@ -34,7 +35,8 @@ Result<Parts> read_parts(const std::vector<std::string>& paths, bool quiet, std:
   return parts;
 }
 
-// Meshes that stand nowhere are not drawn: they need neither hierarchy nor sidecar. Mesh i and sources[i] stay together.
+// Meshes that stand nowhere are not drawn: they need neither hierarchy nor sidecar. Mesh i and sources[i] stay
+// together.
 void drop_unplaced(Parts& parts, std::vector<std::string>& sources) {
   std::vector<uint32_t> new_index(parts.meshes.size());
   for (const Placement& placement : parts.placements) new_index[placement.mesh] = 1;
@@ -53,8 +55,9 @@ bool keeps_shape(const scenes::Transform& transform) {
   const Affine a = affine(transform);
   const Vec3 &x = a.column[0], &y = a.column[1], &z = a.column[2];
   const float size2 = dot(x, x), tolerance = 1e-4f * size2;
-  return dot(cross(x, y), z) > 0 && std::fabs(dot(y, y) - size2) < tolerance && std::fabs(dot(z, z) - size2) < tolerance &&
-         std::fabs(dot(x, y)) < tolerance && std::fabs(dot(y, z)) < tolerance && std::fabs(dot(z, x)) < tolerance;
+  return dot(cross(x, y), z) > 0 && std::fabs(dot(y, y) - size2) < tolerance &&
+         std::fabs(dot(z, z) - size2) < tolerance && std::fabs(dot(x, y)) < tolerance &&
+         std::fabs(dot(y, z)) < tolerance && std::fabs(dot(z, x)) < tolerance;
 }
 
 scenes::Transform after(const scenes::Transform& outer, const scenes::Transform& inner) {
@@ -93,7 +96,8 @@ Result<scenes::Scene> from_files(const std::vector<std::string>& paths, const Sc
   drop_unplaced(*parts, sources);
   // One object in one place is drawn in its own frame, in which lights and camera must keep their shape.
   if (parts->placements.size() == 1 && !keeps_shape(parts->placements[0].transform)) {
-    if (!quiet) print_note(paths[0] + ": drawn without what its node does to its only mesh, which is to stretch or mirror it");
+    if (!quiet)
+      print_note(paths[0] + ": drawn without what its node does to its only mesh, which is to stretch or mirror it");
     parts->placements[0] = {};
   }
   scenes::Scene scene;
@@ -126,8 +130,7 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
 
 Result<World> load_world(const std::vector<std::string>& names, const SceneOptions& options, bool quiet) {
   const bool generated = is_generated_scene(names[0]);
-  if (generated && names.size() > 1)
-    return Error{ErrorCode::usage, names[1] + ": a generated scene is drawn alone"};
+  if (generated && names.size() > 1) return Error{ErrorCode::usage, names[1] + ": a generated scene is drawn alone"};
   std::vector<std::string> sources;
   auto scene = generated ? generate_scene(names[0], options.generated) : from_files(names, options, quiet, sources);
   if (!scene) return scene.error();

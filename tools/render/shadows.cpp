@@ -72,7 +72,8 @@ SidecarShadows::SidecarShadows(const World& world, std::span<const Object> objec
     return;
   }
   scene_.emplace(scene_of(world, objects));
-  for (const WorldInstance& instance : world.instances) hierarchies_.push_back(world.objects[instance.object].tracer.scene());
+  for (const WorldInstance& instance : world.instances)
+    hierarchies_.push_back(world.objects[instance.object].tracer.scene());
 }
 
 void SidecarShadows::look_up(const Bundle& bundle) {
@@ -93,7 +94,8 @@ void SidecarShadows::look_up(const Bundle& bundle, std::span<Visibility> answers
 void SidecarShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
   const From from = from_of(world_, bundle);
   const size_t kind = static_cast<size_t>(from);
-  if (!ways_.policy.look_up(from)) return occluded(world_.shadow_casters(), ways_.traced[kind], bundle.segments, blocked.data());
+  if (!ways_.policy.look_up(from))
+    return occluded(world_.shadow_casters(), ways_.traced[kind], bundle.segments, blocked.data());
   if (object_) {
     look_up(bundle);
   } else {

@@ -48,7 +48,7 @@ Scene scene_of(const World& world, std::span<const Object> objects);
 // How to answer shadow rays, by where they begin.
 struct ShadowWays {
   std::array<EmbreeQuery, 3> traced = {EmbreeQuery{1}, EmbreeQuery{1}, EmbreeQuery{1}};  // what is not looked up
-  std::array<EmbreeQuery, 3> left = traced;                                            // what look-ups leave open
+  std::array<EmbreeQuery, 3> left = traced;                                              // what look-ups leave open
   LookUpPolicy policy{LookUpPolicy::Use::always, LookUpPolicy::Use::always, LookUpPolicy::Use::always};
 
   ShadowWays() = default;
@@ -59,7 +59,8 @@ class BvhShadows : public ShadowCaster {
  public:
   BvhShadows(const World& world, const ShadowWays& ways) : world_(world), ways_(ways) {}
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override {
-    occluded(world_.shadow_casters(), ways_.traced[static_cast<size_t>(from_of(world_, bundle))], bundle.segments, blocked.data());
+    occluded(world_.shadow_casters(), ways_.traced[static_cast<size_t>(from_of(world_, bundle))], bundle.segments,
+             blocked.data());
   }
 
  private:
@@ -67,8 +68,8 @@ class BvhShadows : public ShadowCaster {
   ShadowWays ways_;
 };
 
-// Sidecars first, where the policy says so; Embree for what they leave open: of one object as if there were no sidecar, in a
-// scene of instances object by object.
+// Sidecars first, where the policy says so; Embree for what they leave open: of one object as if there were no sidecar,
+// in a scene of instances object by object.
 class SidecarShadows : public ShadowCaster {
  public:
   // objects[i] answers for world.objects[i].
@@ -87,9 +88,9 @@ class SidecarShadows : public ShadowCaster {
 
   const World& world_;
   ShadowWays ways_;
-  std::optional<Object> object_;      // of a single one
-  std::optional<Scene> scene_;        // of many
-  std::vector<RTCScene> hierarchies_; // of their objects, by instance
+  std::optional<Object> object_;       // of a single one
+  std::optional<Scene> scene_;         // of many
+  std::vector<RTCScene> hierarchies_;  // of their objects, by instance
   // Scratch: what the sidecars say of a bundle's segments, and those that have to be traced.
   Bits blocked_, open_;
   std::vector<Segment> picked_;

@@ -19,7 +19,8 @@ Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::s
       std::string names;
       for (const std::string& path : paths) names += (names.empty() ? "" : ", ") + path;
       return Error{ErrorCode::stale, names + ": stale, or of another mesh: nothing in it has the geometry hash " +
-                                         hex(object.mesh.geometry_hash) + " of " + object.source + " " + printable(object.mesh.name)};
+                                         hex(object.mesh.geometry_hash) + " of " + object.source + " " +
+                                         printable(object.mesh.name)};
     }
     sidecars.objects.push_back(*found);
   }

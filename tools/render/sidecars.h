@@ -18,8 +18,8 @@ struct WorldSidecars {
   std::vector<Object> objects;  // objects[i] is world.objects[i]'s; points into files
 };
 
-// Objects are told by the hash of their geometry. Errors: those of Sidecar::open; stale, naming an object's source for which
-// no file has a tree.
+// Objects are told by the hash of their geometry. Errors: those of Sidecar::open; stale, naming an object's source for
+// which no file has a tree.
 Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths);
 
 struct WorldBake {
@@ -27,8 +27,8 @@ struct WorldBake {
   uint64_t rays = 0, file_bytes = 0;
 };
 
-// Bakes all objects of a world into one sidecar. progress: what is baked, and how far it is. Errors: those of bake() and
-// write_sidecar().
+// Bakes all objects of a world into one sidecar. progress: what is baked, and how far it is. Errors: those of bake()
+// and write_sidecar().
 Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
                              const std::function<void(const WorldObject&, const BakeProgress&)>& progress);
 

@@ -1,5 +1,5 @@
-// How many ray–triangle tests a shadow ray takes. Embree's own leaves test four triangles at once and do not count; here it
-// builds its hierarchy over single triangles, whose tests are ours and are counted.
+// How many ray–triangle tests a shadow ray takes. Embree's own leaves test four triangles at once and do not count;
+// here it builds its hierarchy over single triangles, whose tests are ours and are counted.
 #pragma once
 
 #include <cstdint>

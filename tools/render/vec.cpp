@@ -12,7 +12,8 @@ Affine affine(const std::array<float, 12>& m) {
 }
 
 Affine inverse(const Affine& a) {
-  const Vec3 r0 = cross(a.column[1], a.column[2]), r1 = cross(a.column[2], a.column[0]), r2 = cross(a.column[0], a.column[1]);
+  const Vec3 r0 = cross(a.column[1], a.column[2]), r1 = cross(a.column[2], a.column[0]),
+             r2 = cross(a.column[0], a.column[1]);
   const float scale = 1 / dot(a.column[0], r0);
   Affine inverted;
   inverted.column[0] = Vec3{r0.x, r1.x, r2.x} * scale;

@@ -124,8 +124,8 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
   }
   for (const scenes::Instance& from : scene.instances) {
     const Affine to_world = affine(from.transform);
-    world.instances.push_back({from.mesh, to_world, inverse(to_world),
-                               transformed(to_world, box_of(world.objects[from.mesh].mesh))});
+    world.instances.push_back(
+        {from.mesh, to_world, inverse(to_world), transformed(to_world, box_of(world.objects[from.mesh].mesh))});
   }
   std::vector<RTCScene> scenes;
   for (const WorldObject& object : world.objects) scenes.push_back(object.tracer.scene());
@@ -155,7 +155,8 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
   attach_instances(world, scenes, device.get(), world.visible.get());
   rtcCommitScene(world.visible.get());
   if (const RTCError code = rtcGetDeviceError(device.get()); code != RTC_ERROR_NONE)
-    return Error{ErrorCode::runtime, world.name + ": Embree could not build its hierarchies (error " + std::to_string(code) + ")"};
+    return Error{ErrorCode::runtime,
+                 world.name + ": Embree could not build its hierarchies (error " + std::to_string(code) + ")"};
   return world;
 }
 

@@ -61,8 +61,8 @@ struct HierarchyCost {
 
 inline constexpr uint32_t kGroundSurface = 0xFFFFFFFF;
 
-// One object in one place is drawn in the object's own frame, whatever its transform: camera, lights and ground are moved
-// instead, so that neither variant pays for a transform. With more, segments are in the scene's frame.
+// One object in one place is drawn in the object's own frame, whatever its transform: camera, lights and ground are
+// moved instead, so that neither variant pays for a transform. With more, segments are in the scene's frame.
 //
 // The ground is seen but casts no shadow: everything stands on it and the lights hang above, so it could not.
 struct World {
@@ -83,12 +83,12 @@ struct World {
   bool single() const { return instances.size() == 1; }
   RTCScene shadow_casters() const { return single() ? objects[0].tracer.scene() : casters.get(); }
   std::vector<EmbreeQuery> ways_to_trace() const { return all_packets(!single()); }  // all that casts shadows
-  uint64_t triangles() const;         // of all objects
-  uint64_t placed_triangles() const;  // of all instances
+  uint64_t triangles() const;                                                        // of all objects
+  uint64_t placed_triangles() const;                                                 // of all instances
 };
 
-// Takes the scene's meshes apart; sources[i] says in messages where mesh i comes from. Errors: those of prepare(); runtime
-// (not enough memory, said before it is used up).
+// Takes the scene's meshes apart; sources[i] says in messages where mesh i comes from. Errors: those of prepare();
+// runtime (not enough memory, said before it is used up).
 Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>& sources);
 
 // Adds all instances to a scene, in order; objects[i] stands for world.objects[i].

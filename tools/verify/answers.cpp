@@ -12,9 +12,9 @@
 namespace vcd::verify {
 namespace {
 
-// The highest share of wrong answers that is forgiven. The sampled method promises nothing about single lines; this only
-// tells a poor tree from a broken one. About one and a half times the worst seen over some 240 real meshes, which was a
-// shallow tray at depth 4; compact meshes are ten times better.
+// The highest share of wrong answers that is forgiven. The sampled method promises nothing about single lines; this
+// only tells a poor tree from a broken one. About one and a half times the worst seen over some 240 real meshes, which
+// was a shallow tray at depth 4; compact meshes are ten times better.
 double allowed_wrong(const ObjectRecord& record) {
   if (record.method == static_cast<uint8_t>(Method::hybrid)) return 0.001;
   switch (record.method_parameters[0]) {
@@ -33,7 +33,8 @@ Answers interruptible(const Object& object, const CheckOptions& options) {
 }
 
 std::string line_of(const Contradiction& c) {
-  return std::string("  ") + (c.proven ? "proven " : "promised ") + (c.promised == Visibility::clear ? "clear" : "blocked") +
+  return std::string("  ") + (c.proven ? "proven " : "promised ") +
+         (c.promised == Visibility::clear ? "clear" : "blocked") +
          ", and the mesh says otherwise: --segment=" + replayable(c.segment) + "\n";
 }
 
@@ -46,13 +47,14 @@ void list_contradictions(const AuditReport& report, uint64_t seen, Outcome& outc
   outcome.contradictions_listed += report.contradictions.size();
 }
 
-void audit_object(const Answering& answering, const PreparedMesh& mesh, const std::string& place, const CheckOptions& options,
-                  Outcome& outcome, Json& json) {
-  const AuditReport report = audit(mesh, interruptible(answering.all, options), interruptible(answering.proven, options),
-                                   options.audit);
+void audit_object(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
+                  const CheckOptions& options, Outcome& outcome, Json& json) {
+  const AuditReport report =
+      audit(mesh, interruptible(answering.all, options), interruptible(answering.proven, options), options.audit);
   const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
   const uint64_t wrong_proven = undirected.wrong_proven + aimed.wrong_proven;
-  const double rate = static_cast<double>(undirected.all_wrong()) / static_cast<double>(std::max<uint64_t>(undirected.segments, 1));
+  const double rate =
+      static_cast<double>(undirected.all_wrong()) / static_cast<double>(std::max<uint64_t>(undirected.segments, 1));
   const double allowed = options.max_wrong >= 0 ? options.max_wrong : allowed_wrong(answering.all.record());
   json["audit"] = describe_audit(report);
   json["allowed_wrong_rate"] = allowed;
@@ -63,7 +65,8 @@ void audit_object(const Answering& answering, const PreparedMesh& mesh, const st
                        std::to_string(wrong_proven) + " of its proven answers are wrong");
   if (rate <= allowed) return;
   char message[160];
-  std::snprintf(message, sizeof message, "%.3g of its answers are wrong, %.3g are allowed for its method", rate, allowed);
+  std::snprintf(message, sizeof message, "%.3g of its answers are wrong, %.3g are allowed for its method", rate,
+                allowed);
   outcome.add(IssueId::wrong_answer_rate, ErrorCode::difference, place, message);
 }
 
@@ -74,15 +77,16 @@ void replay(const Object& object, const PreparedMesh& mesh, const std::string& p
   const char* const words[] = {"clear", "blocked", "unclassified"};
   const char* said = words[static_cast<size_t>(answer)];
   json["segment"] = {{"answer", said}, {"traced", words[blocked]}};
-  outcome.text += shown(outcome.path) + ": " + place + ": the sidecar says " + said + ", tracing says " + words[blocked] + "\n";
+  outcome.text +=
+      shown(outcome.path) + ": " + place + ": the sidecar says " + said + ", tracing says " + words[blocked] + "\n";
   if (answer != Visibility::unclassified && (answer == Visibility::blocked) != blocked)
     outcome.add(IssueId::wrong_answer, ErrorCode::difference, place, "the segment's answer is wrong");
 }
 
 }  // namespace
 
-void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place, const CheckOptions& options,
-                   Outcome& outcome, Json& json) {
+void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
+                   const CheckOptions& options, Outcome& outcome, Json& json) {
   if (options.segment) return replay(answering.all, mesh, place, *options.segment, outcome, json);
   audit_object(answering, mesh, place, options, outcome, json);
 }

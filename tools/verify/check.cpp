@@ -16,7 +16,8 @@
 namespace vcd::verify {
 namespace {
 
-std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents, const CheckOptions& options) {
+std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents,
+                                      const CheckOptions& options) {
   if (options.library) return against_library(*options.library, file, contents);
   if (!options.against.empty()) return against_file(options.against, contents);
   return nullptr;
@@ -26,13 +27,14 @@ std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarConten
 std::optional<PreparedMesh> embedded(const ObjectContents& object, const std::string& place, Outcome& outcome) {
   auto mesh = embedded_mesh(outcome.path.string(), object);
   if (mesh && mesh->geometry_hash == object.record->geometry_hash) return std::move(*mesh);
-  const std::string why = mesh ? "it is not the mesh that the object was baked from" : reason(mesh.error(), outcome.path);
+  const std::string why =
+      mesh ? "it is not the mesh that the object was baked from" : reason(mesh.error(), outcome.path);
   outcome.add(IssueId::embedded_geometry, mesh ? ErrorCode::invalid_file : mesh.error().code, place, why);
   return std::nullopt;
 }
 
-void check_object(const ObjectContents& object, const std::string& place, const Answering& answering, MeshSource* source,
-                  const CheckOptions& options, Outcome& outcome, Json& json) {
+void check_object(const ObjectContents& object, const std::string& place, const Answering& answering,
+                  MeshSource* source, const CheckOptions& options, Outcome& outcome, Json& json) {
   std::optional<PreparedMesh> own;
   if (!object.geometry.empty()) {
     own = embedded(object, place, outcome);
@@ -90,7 +92,8 @@ Outcome check_sidecar(const FoundFile& file, const CheckOptions& options) {
   } catch (const std::bad_alloc&) {
     outcome.add(IssueId::unreadable, ErrorCode::runtime, "", "out of memory");
   } catch (const Interrupted&) {
-    // What was found in the bytes stands. Children that read meshes may have been interrupted too: what came of them says nothing.
+    // What was found in the bytes stands. Children that read meshes may have been interrupted too: what came of them
+    // says nothing.
     std::erase_if(outcome.issues, [](const Issue& issue) { return !issue.in_bytes; });
     outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted");
   }

@@ -13,15 +13,16 @@
 namespace vcd::verify {
 
 struct CheckOptions {
-  std::string against;            // a mesh file; or
-  Library* library = nullptr;     // a library; or neither: embedded geometry is all there is
+  std::string against;             // a mesh file; or
+  Library* library = nullptr;      // a library; or neither: embedded geometry is all there is
   std::optional<Segment> segment;  // asked and traced instead of an audit
   AuditOptions audit;
-  double max_wrong = -1;           // share of wrong answers that is accepted; negative: by method
-  std::function<bool()> stop;      // asked often, from many threads; true ends the check as not verified
+  double max_wrong = -1;       // share of wrong answers that is accepted; negative: by method
+  std::function<bool()> stop;  // asked often, from many threads; true ends the check as not verified
 };
 
-// Throws nothing. Safe on any bytes. Any number at a time; each holds its sidecar's bytes, its trees and one asset's meshes in memory.
+// Throws nothing. Safe on any bytes. Any number at a time; each holds its sidecar's bytes, its trees and one asset's
+// meshes in memory.
 Outcome check_sidecar(const FoundFile& file, const CheckOptions& options);
 
 }  // namespace vcd::verify

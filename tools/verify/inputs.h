@@ -16,8 +16,8 @@ struct Input {
   std::optional<Outcome> fault;
 };
 
-// In the order of the names; each file once. kind: "sidecar" or "mesh", for messages. A name without any file of its kind is a
-// fault, never nothing.
+// In the order of the names; each file once. kind: "sidecar" or "mesh", for messages. A name without any file of its
+// kind is a fault, never nothing.
 std::vector<Input> find_inputs(const std::vector<std::string>& names, const std::vector<std::string>& extensions,
                                const std::string& kind);
 

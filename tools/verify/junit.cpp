@@ -2,8 +2,8 @@
 
 #include <pugixml.hpp>
 
-#include "common/program.h"
 #include "common/paths.h"
+#include "common/program.h"
 #include "reports.h"
 
 namespace vcd::verify {

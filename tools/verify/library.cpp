@@ -52,7 +52,8 @@ void Library::read(Parts parts) {
           // Isolated, so that a thread that waits within one asset does not take up another.
           tbb::this_task_arena::isolate([&] {
             Reading reading = ingest_hashes(assets_[i].file.path, parts);
-            if (!stop_()) assets_[i].readings[parts] = std::move(reading);  // else the child may have been interrupted as well
+            if (!stop_())
+              assets_[i].readings[parts] = std::move(reading);  // else the child may have been interrupted as well
           });
       },
       tbb::simple_partitioner());
@@ -73,7 +74,8 @@ std::optional<size_t> Library::named_by_path(const FoundFile& sidecar) const {
   const auto beside = find_in(by_place_, without_extension(place_of(sidecar.path)));
   if (!beside.empty()) return beside[0];
   const fs::path below = without_extension(sidecar.below);
-  // A file that was named itself has lost its folder: then its name says where it belongs only if no other asset has it.
+  // A file that was named itself has lost its folder: then its name says where it belongs only if no other asset has
+  // it.
   if (!below.has_parent_path() && find_in(by_name_, below).size() > 1) return std::nullopt;
   const auto mirrored = find_in(by_path_below_, below);
   if (mirrored.empty()) return std::nullopt;

@@ -21,8 +21,8 @@ struct AssetMesh {
 
 // What one way of ingesting an asset gave.
 struct Reading {
-  bool done = false;                                         // or the run was interrupted
-  std::optional<Error> fault = {};                           // of the whole file
+  bool done = false;                // or the run was interrupted
+  std::optional<Error> fault = {};  // of the whole file
   std::vector<AssetMesh> meshes = {};
   std::vector<std::pair<std::string, Error>> unusable = {};  // meshes, as shown, that cannot be prepared
 };
@@ -39,12 +39,14 @@ class Library {
  public:
   using Stop = std::function<bool()>;
 
-  // Ingests every asset in a child process, one a thread; no more meshes are in memory at once than an asset has for each thread.
+  // Ingests every asset in a child process, one a thread; no more meshes are in memory at once than an asset has for
+  // each thread.
   Library(std::vector<FoundFile> files, Stop stop);
 
   const std::vector<Asset>& assets() const { return assets_; }
 
-  // Assets with a mesh of this geometry, in their order. The first question for all_parts ingests all of them anew. Any thread.
+  // Assets with a mesh of this geometry, in their order. The first question for all_parts ingests all of them anew. Any
+  // thread.
   std::span<const size_t> with_geometry(const GeometryHash& geometry, Parts parts);
 
   // The asset that a sidecar names by where it lies, as X.vcd beside X or at the same place below its own folder.

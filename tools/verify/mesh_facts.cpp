@@ -28,7 +28,8 @@ bool is_padded(const ObjectRecord& record, const PreparedMesh& mesh) {
 
 void check_facts(const ObjectRecord& record, const PreparedMesh& mesh, const std::string& place, Outcome& outcome) {
   if (record.triangle_count != mesh.triangles.size() || record.vertex_count != mesh.positions.size()) {
-    outcome.add(IssueId::mesh_counts, ErrorCode::invalid_file, place, "its triangle and vertex counts are not the mesh's");
+    outcome.add(IssueId::mesh_counts, ErrorCode::invalid_file, place,
+                "its triangle and vertex counts are not the mesh's");
   } else if (!is_padded(record, mesh)) {
     outcome.add(IssueId::box_padding, ErrorCode::invalid_file, place, "its box is not padded as it must be");
   }

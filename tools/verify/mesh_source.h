@@ -15,8 +15,8 @@ class MeshSource {
  public:
   virtual ~MeshSource() = default;
 
-  // The mesh with the object's geometry hash; valid until the next call. Null if there is none: then the outcome says why.
-  // place: the object, for messages.
+  // The mesh with the object's geometry hash; valid until the next call. Null if there is none: then the outcome says
+  // why. place: the object, for messages.
   virtual const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) = 0;
 };
 

@@ -1,5 +1,5 @@
-// What became of one file: of a sidecar, of an asset of the library, or of an input that names neither. Every report is written
-// from these.
+// What became of one file: of a sidecar, of an asset of the library, or of an input that names neither. Every report is
+// written from these.
 #pragma once
 
 #include <array>
@@ -32,7 +32,7 @@ struct Outcome {
   Subject subject = Subject::sidecar;
   std::filesystem::path path = {};
   std::vector<Issue> issues = {};
-  Json details = {}; // "objects" of a sidecar, "meshes" of an asset
+  Json details = {};      // "objects" of a sidecar, "meshes" of an asset
   std::string text = {};  // what a person wants to see of a sound file, too: audits
   uint64_t contradictions_seen = 0, contradictions_listed = 0;
 

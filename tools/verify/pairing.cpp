@@ -64,7 +64,8 @@ class FromLibrary : public MeshSource {
     const auto found = std::ranges::find(meshes_, geometry, &PreparedMesh::geometry_hash);
     if (found != meshes_.end()) return &*found;
     const std::string changed = name_of(loaded_->first) + ": was changed while the library was verified";
-    outcome.add(IssueId::mesh_unreadable, fault_ ? fault_->code : ErrorCode::runtime, place, fault_ ? fault_->message : changed);
+    outcome.add(IssueId::mesh_unreadable, fault_ ? fault_->code : ErrorCode::runtime, place,
+                fault_ ? fault_->message : changed);
     return nullptr;
   }
 
@@ -109,8 +110,10 @@ class Comparison {
     std::vector<std::string> without;
     for (const AssetMesh& mesh : reading.meshes) {
       const bool has_sidecar = seen_.contains(mesh.geometry) || other_way(asset, mesh.source_index);
-      outcome.details["meshes"].push_back({{"source_index", mesh.source_index}, {"name", mesh.name},
-                                           {"geometry_hash", hex(mesh.geometry)}, {"has_sidecar", has_sidecar}});
+      outcome.details["meshes"].push_back({{"source_index", mesh.source_index},
+                                           {"name", mesh.name},
+                                           {"geometry_hash", hex(mesh.geometry)},
+                                           {"has_sidecar", has_sidecar}});
       if (!has_sidecar) without.push_back("mesh " + std::to_string(mesh.source_index) + " " + printable(mesh.name));
     }
     if (!without.empty()) add_missing(outcome, index, without, reading.meshes.size());
@@ -126,14 +129,17 @@ class Comparison {
   }
 
   // What breaks its format will never have a sidecar. Of what could not be read today nobody knows.
-  static void add_unusable(Outcome& outcome, const std::string& mesh, const Error& error, const std::filesystem::path& path) {
+  static void add_unusable(Outcome& outcome, const std::string& mesh, const Error& error,
+                           const std::filesystem::path& path) {
     const bool is_unusable = error.code == ErrorCode::invalid_file || error.code == ErrorCode::unsupported;
-    outcome.add(is_unusable ? IssueId::unusable_asset : IssueId::unreadable_asset, error.code, mesh, reason(error, path));
+    outcome.add(is_unusable ? IssueId::unusable_asset : IssueId::unreadable_asset, error.code, mesh,
+                reason(error, path));
   }
 
   void add_missing(Outcome& outcome, size_t asset, const std::vector<std::string>& without, size_t all) const {
     if (!is_complete_)
-      return outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted before all sidecars were looked at");
+      return outcome.add(IssueId::not_verified, ErrorCode::runtime, "",
+                         "interrupted before all sidecars were looked at");
     std::string text = "no sidecar has the geometry of " + listed(without);
     if (all > 1) text += ", " + std::to_string(without.size()) + " of " + std::to_string(all) + " meshes";
     if (const auto stale = stale_.find(asset); stale != stale_.end())
@@ -155,7 +161,8 @@ std::unique_ptr<MeshSource> against_library(Library& library, const FoundFile& f
 std::vector<Outcome> compare(const Library& library, const std::vector<Outcome>& sidecars, bool is_complete) {
   const Comparison comparison(sidecars, is_complete);
   std::vector<Outcome> outcomes;
-  for (size_t i = 0; i < library.assets().size(); ++i) outcomes.push_back(comparison.outcome_of(i, library.assets()[i]));
+  for (size_t i = 0; i < library.assets().size(); ++i)
+    outcomes.push_back(comparison.outcome_of(i, library.assets()[i]));
   return outcomes;
 }
 

@@ -4,8 +4,8 @@
 
 #include <vcd/format/atomic_file.h>
 
-#include "common/program.h"
 #include "common/paths.h"
+#include "common/program.h"
 
 namespace vcd::verify {
 

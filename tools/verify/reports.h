@@ -17,8 +17,9 @@ Json describe_run(const Run& run);
 // SARIF 2.1.0: one rule for every finding there is, a result for every issue. exit_code: of the program.
 std::string sarif(const Run& run, int exit_code);
 
-// JUnit XML, as Jenkins and GitLab read it: a test case for each sidecar and each input that failed, and one for each asset with an
-// issue. A case that could not be run is an error, one that found something a failure, an asset with warnings alone is skipped.
+// JUnit XML, as Jenkins and GitLab read it: a test case for each sidecar and each input that failed, and one for each
+// asset with an issue. A case that could not be run is an error, one that found something a failure, an asset with
+// warnings alone is skipped.
 std::string junit(const Run& run);
 
 // Why the file could not be written, if it could not.

@@ -67,7 +67,9 @@ class Runner {
     std::vector<Outcome> made(inputs.size());
     in_order(
         inputs.size(),
-        [&](size_t i) { made[i] = inputs[i].fault ? std::move(*inputs[i].fault) : check_sidecar(inputs[i].file, check_); },
+        [&](size_t i) {
+          made[i] = inputs[i].fault ? std::move(*inputs[i].fault) : check_sidecar(inputs[i].file, check_);
+        },
         [&](size_t i) { add(std::move(made[i])); });
   }
 

@@ -21,15 +21,16 @@ struct RunOptions {
 };
 
 struct Run {
-  std::vector<Outcome> outcomes;  // of the inputs in their order, then of the libraries' inputs that failed, then of all assets
+  // Of the inputs in their order, then of the libraries' inputs that failed, then of all assets.
+  std::vector<Outcome> outcomes;
   Totals totals;
 
   // The exit code of the only sidecar or input, or 9 if anything failed. An asset counts where it failed.
   int exit_code() const;
 };
 
-// `tell` gets each outcome once it and those before it are there, one at a time, from any thread; it may take out of it what
-// it has shown. Apart from errors for want of memory all results are the same whatever the threads.
+// `tell` gets each outcome once it and those before it are there, one at a time, from any thread; it may take out of it
+// what it has shown. Apart from errors for want of memory all results are the same whatever the threads.
 Run run(const RunOptions& options, const std::function<void(Outcome&)>& tell);
 
 }  // namespace vcd::verify

@@ -6,7 +6,9 @@ namespace vcd::verify {
 namespace {
 
 std::string counted(uint64_t count, const std::string& what) { return std::to_string(count) + " " + what; }
-std::string and_counted(uint64_t count, const std::string& what) { return count > 0 ? ", " + counted(count, what) : ""; }
+std::string and_counted(uint64_t count, const std::string& what) {
+  return count > 0 ? ", " + counted(count, what) : "";
+}
 
 }  // namespace
 
@@ -38,12 +40,22 @@ void Totals::add(const Outcome& outcome) {
 }
 
 Json describe_totals(const Totals& t) {
-  Json json{{"sidecars", t.sidecars}, {"ok", t.ok}, {"failed", t.failed}, {"not_verified", t.not_verified}, {"stale", t.stale},
-            {"orphaned", t.orphaned}, {"inputs_failed", t.inputs_failed}, {"warnings", t.warnings},
+  Json json{{"sidecars", t.sidecars},
+            {"ok", t.ok},
+            {"failed", t.failed},
+            {"not_verified", t.not_verified},
+            {"stale", t.stale},
+            {"orphaned", t.orphaned},
+            {"inputs_failed", t.inputs_failed},
+            {"warnings", t.warnings},
             {"failed_by_finding", t.failed_by_finding},
-            {"contradictions_seen", t.contradictions_seen}, {"contradictions_listed", t.contradictions_listed}};
+            {"contradictions_seen", t.contradictions_seen},
+            {"contradictions_listed", t.contradictions_listed}};
   if (t.has_library)
-    json.update({{"assets", t.assets}, {"missing", t.missing}, {"unusable", t.unusable}, {"unreadable", t.unreadable},
+    json.update({{"assets", t.assets},
+                 {"missing", t.missing},
+                 {"unusable", t.unusable},
+                 {"unreadable", t.unreadable},
                  {"assets_not_verified", t.assets_not_verified}});
   return json;
 }
@@ -53,8 +65,8 @@ std::string summary(const Totals& t) {
   for (const auto& [id, files] : t.failed_by_finding)
     by_finding += (by_finding.empty() ? "" : ", ") + id + " " + std::to_string(files);
   std::string text = counted(t.sidecars, t.sidecars == 1 ? "sidecar: " : "sidecars: ") + counted(t.ok, "ok") +
-                     and_counted(t.failed, "failed") +
-                     and_counted(t.not_verified, "not verified") + and_counted(t.stale, "stale") + and_counted(t.orphaned, "orphaned") +
+                     and_counted(t.failed, "failed") + and_counted(t.not_verified, "not verified") +
+                     and_counted(t.stale, "stale") + and_counted(t.orphaned, "orphaned") +
                      and_counted(t.inputs_failed, "inputs failed") + and_counted(t.warnings, "warnings") +
                      and_counted(t.contradictions_seen, "wrong answers");
   if (t.contradictions_seen > 0) text += " (" + counted(t.contradictions_listed, "listed)");
@@ -62,8 +74,8 @@ std::string summary(const Totals& t) {
   text += "\n";
   if (!t.has_library) return text;
   return text + counted(t.assets, t.assets == 1 ? "asset: " : "assets: ") + counted(t.missing, "missing") +
-         and_counted(t.unusable, "unusable") +
-         and_counted(t.unreadable, "unreadable") + and_counted(t.assets_not_verified, "not verified") + "\n";
+         and_counted(t.unusable, "unusable") + and_counted(t.unreadable, "unreadable") +
+         and_counted(t.assets_not_verified, "not verified") + "\n";
 }
 
 }  // namespace vcd::verify

@@ -13,13 +13,14 @@
 namespace vcd {
 
 // How the lines of an audit are chosen. All are segments in the object's frame. Of every kind but inside, a tenth come
-// from far away (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an axis.
+// from far away (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an
+// axis.
 enum class AuditKind : uint8_t {
-  uniform,     // lines through two points that are uniform on two faces of the box: what the cells measure
-  chords,      // isotropic lines: what light from all around sends through the box
-  inside,      // from a point of the mesh outwards: an end inside the box
-  edges,       // through a random point of a random edge, as nearly as floats allow
-  vertices,    // through a random vertex, likewise
+  uniform,   // lines through two points that are uniform on two faces of the box: what the cells measure
+  chords,    // isotropic lines: what light from all around sends through the box
+  inside,    // from a point of the mesh outwards: an end inside the box
+  edges,     // through a random point of a random edge, as nearly as floats allow
+  vertices,  // through a random vertex, likewise
 };
 inline constexpr size_t kAuditKinds = 5;
 const char* audit_kind_name(AuditKind kind);
@@ -58,10 +59,10 @@ struct AuditOptions {
 // What is under audit answers segments[i] by answers[i]; asked from many threads at once.
 using Answers = std::function<void(std::span<const Segment>, std::span<Visibility>)>;
 
-// Asks `answers` and holds each clear or blocked answer against the referee: against exact arithmetic in the object's own
-// frame, so that nothing that a bake rests on (Embree, the mapping to the grid, rounding) can hide a fault. proven: what
-// is answered where proofs alone are trusted, asked for wrong answers only. The same mesh, answers and options give the
-// same report.
+// Asks `answers` and holds each clear or blocked answer against the referee: against exact arithmetic in the object's
+// own frame, so that nothing that a bake rests on (Embree, the mapping to the grid, rounding) can hide a fault. proven:
+// what is answered where proofs alone are trusted, asked for wrong answers only. The same mesh, answers and options
+// give the same report.
 AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options);
 
 // `count` segments of one kind, as an audit draws them.

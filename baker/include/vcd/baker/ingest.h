@@ -38,8 +38,8 @@ struct Ingested {
   // If asked for: where the meshes stand in the scene, a mesh in any number of places. Empty, with a note, if a glTF
   // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is.
   std::vector<Placement> placements;
-  std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of the bytes
-                                    // as they were parsed, whatever the files hold by now
+  std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of
+                                    // the bytes as they were parsed, whatever the files hold by now
 };
 
 // Reads one mesh file: .glb, .gltf (2.0), .drc, .obj, .ply, .stl or .off, told apart by its extension (any case).

@@ -8,7 +8,7 @@
 
 namespace vcd {
 
-using Position = std::array<float, 3>;          // x, y, z in the object's own frame and unit
+using Position = std::array<float, 3>;            // x, y, z in the object's own frame and unit
 using TriangleIndices = std::array<uint32_t, 3>;  // into the positions of the same mesh, counter-clockwise or not
 
 // One object as its source file gives it: nothing welded, dropped or moved.

@@ -9,12 +9,12 @@ namespace vcd {
 
 struct DepthForecast {
   uint32_t depth;
-  uint64_t bytes;        // of the tree, before demote-merge
-  double seconds;        // of the bake on the threads at hand; the probe and the audit are not in it
-  double resolved;       // share of all cells that are clear or blocked
-  double resolved_shadow;  // share of segments that look like shadow rays and pierce the box: isotropic ones, as light from
-                           // all around sends them to points all around
-  double gain;           // time of tracing these segments one by one, divided by that of looking up and tracing the rest
+  uint64_t bytes;          // of the tree, before demote-merge
+  double seconds;          // of the bake on the threads at hand; the probe and the audit are not in it
+  double resolved;         // share of all cells that are clear or blocked
+  double resolved_shadow;  // share of segments that look like shadow rays and pierce the box: isotropic ones, as light
+                           // from all around sends them to points all around
+  double gain;  // time of tracing these segments one by one, divided by that of looking up and tracing the rest
 };
 
 struct Plan {

@@ -12,7 +12,8 @@
 namespace vcd {
 
 // Floats are dyadic rationals, so segment and triangles are exact data, and "some point of the segment is a point of a
-// triangle" has one answer; this gives it. Triangles are closed, segments are open (spec/conventions.md, 1 to 4 and 20):
+// triangle" has one answer; this gives it. Triangles are closed, segments are open (spec/conventions.md, 1 to 4 and
+// 20):
 //   - a line through an edge or a vertex meets the triangle, and so does one in its plane that overlaps it;
 //   - a triangle that only touches t_min or t_max is not met;
 //   - a direction of zero length is the point `origin`;

@@ -10,10 +10,11 @@
 
 namespace vcd {
 
-// Writes beside `path`, into a file without a name where the system has such (O_TMPFILE), so that not even SIGKILL leaves one
-// behind; else, and for the moment in which it replaces another, under the name .vcd-tmp-NUMBER. commit() flushes, has the
-// bytes verified and gives the file its name, in place of what had it; who mapped that keeps it. Without
-// commit, or on an error, the destructor removes it. One thread at a time; any number of writers of one path: the last wins.
+// Writes beside `path`, into a file without a name where the system has such (O_TMPFILE), so that not even SIGKILL
+// leaves one behind; else, and for the moment in which it replaces another, under the name .vcd-tmp-NUMBER. commit()
+// flushes, has the bytes verified and gives the file its name, in place of what had it; who mapped that keeps it.
+// Without commit, or on an error, the destructor removes it. One thread at a time; any number of writers of one path:
+// the last wins.
 class AtomicFile {
  public:
   // What is wrong with the bytes as they lie on the disk; empty if nothing is.
@@ -42,7 +43,8 @@ class AtomicFile {
   std::string failure_;
 };
 
-// Removes the temporary files of writers that were killed. Those of living writers are locked and stay. Returns how many it removed.
+// Removes the temporary files of writers that were killed. Those of living writers are locked and stay. Returns how
+// many it removed.
 size_t remove_stale_temporaries(const std::filesystem::path& folder);
 
 }  // namespace vcd

@@ -45,10 +45,10 @@ struct SidecarContents {
 
 // Reads a whole sidecar.
 //
-// Throws nothing but std::bad_alloc. Safe on any bytes: every count is bounded by the bytes behind it before it is used, and memory use is at most
-// a small multiple of the sizes that largest_logical_size() allows for the file. Returns the contents when no error
-// was found; what was found, warnings too, is appended to `findings` in the order of the bytes. At most one finding
-// of a kind is reported per section or object.
+// Throws nothing but std::bad_alloc. Safe on any bytes: every count is bounded by the bytes behind it before it is
+// used, and memory use is at most a small multiple of the sizes that largest_logical_size() allows for the file.
+// Returns the contents when no error was found; what was found, warnings too, is appended to `findings` in the order of
+// the bytes. At most one finding of a kind is reported per section or object.
 //
 // file      the bytes of the whole file, 8-byte aligned; raw trees are used in place when they are 64-byte aligned
 //           (a page-aligned map always is) and copied otherwise

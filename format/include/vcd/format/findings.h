@@ -13,7 +13,7 @@ namespace vcd {
 enum class Severity : uint8_t { warning, error };
 
 // X(identifier, id, severity, message, section of spec/vcd-format.md)
-#define VCD_FINDINGS(X)                                                                                              \
+#define VCD_FINDINGS(X)                                                                                               \
   X(file_too_short, "file-too-short", error, "the file is shorter than its header", "Header")                         \
   X(bad_magic, "bad-magic", error, "this is not a .vcd file", "Header")                                               \
   X(transfer_damage, "transfer-damage", error, "the magic number was changed by a text-mode transfer", "Header")      \
@@ -31,8 +31,8 @@ enum class Severity : uint8_t { warning, error };
     "Section table")                                                                                                  \
   X(section_alignment, "section-alignment", error, "a section's alignment is not the one its type and storage need",  \
     "Section table")                                                                                                  \
-  X(section_range, "section-range", error, "a section does not begin where the one before it ends, or leaves the file", \
-    "Section table")                                                                                                  \
+  X(section_range, "section-range", error,                                                                            \
+    "a section does not begin where the one before it ends, or leaves the file", "Section table")                     \
   X(section_size, "section-size", error, "a section's stored and logical sizes do not fit together", "Section table") \
   X(section_object, "section-object", error, "a section names an object that cannot own it", "Section table")         \
   X(section_count, "section-count", error, "a section is missing or stands twice", "Section table")                   \
@@ -60,8 +60,8 @@ enum class Severity : uint8_t { warning, error };
     "TREE section")                                                                                                   \
   X(tree_index, "tree-index", error, "an index points past the end of its pool", "TREE section")                      \
   X(tree_spare, "tree-spare", error, "the spare slot or the padding after the top table is not zero", "TREE section") \
-  X(tree_depth, "tree-depth", error, "cells of a tree of depth 1 differ inside a cell of level 1", "TREE section")       \
-  X(tree_class, "tree-class", error, "a cell holds a class that its method does not have", "TREE section")                             \
+  X(tree_depth, "tree-depth", error, "cells of a tree of depth 1 differ inside a cell of level 1", "TREE section")    \
+  X(tree_class, "tree-class", error, "a cell holds a class that its method does not have", "TREE section")            \
   X(tree_unreferenced, "tree-unreferenced", error, "a block is stored that nothing refers to", "TREE section")        \
   X(tree_duplicate, "tree-duplicate", error, "a block is stored twice", "TREE section")                               \
   X(provenance, "provenance", error, "the provenance pairs are malformed, unsorted or repeated", "PROV section")

@@ -9,7 +9,8 @@
 
 namespace vcd {
 
-static_assert(std::endian::native == std::endian::little, "vcd reads and writes its files in place: little-endian only");
+static_assert(std::endian::native == std::endian::little,
+              "vcd reads and writes its files in place: little-endian only");
 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
@@ -21,16 +22,17 @@ struct FileHeader {
   uint16_t version_major;
   uint16_t version_minor;
   uint32_t section_count;
-  uint64_t file_size;            // of the whole file, bytes
-  uint64_t section_table_xxh3;   // XXH3-64 of the section table that follows this header
-  uint8_t reserved[24];          // zero
-  uint64_t header_xxh3;          // XXH3-64 of the 56 bytes above
+  uint64_t file_size;           // of the whole file, bytes
+  uint64_t section_table_xxh3;  // XXH3-64 of the section table that follows this header
+  uint8_t reserved[24];         // zero
+  uint64_t header_xxh3;         // XXH3-64 of the 56 bytes above
 };
 static_assert(sizeof(FileHeader) == 64 && offsetof(FileHeader, file_size) == 16 &&
               offsetof(FileHeader, header_xxh3) == 56);
 
 constexpr uint32_t section_type(const char (&name)[5]) {
-  return static_cast<uint32_t>(static_cast<uint8_t>(name[0])) | static_cast<uint32_t>(static_cast<uint8_t>(name[1])) << 8 |
+  return static_cast<uint32_t>(static_cast<uint8_t>(name[0])) |
+         static_cast<uint32_t>(static_cast<uint8_t>(name[1])) << 8 |
          static_cast<uint32_t>(static_cast<uint8_t>(name[2])) << 16 |
          static_cast<uint32_t>(static_cast<uint8_t>(name[3])) << 24;
 }
@@ -39,7 +41,7 @@ inline constexpr uint32_t kSectionNames = section_type("NAME");       // critica
 inline constexpr uint32_t kSectionProvenance = section_type("PROV");  // optional, at most one: sorted key/value pairs
 inline constexpr uint32_t kSectionTree = section_type("TREE");        // critical, one an object
 inline constexpr uint32_t kSectionGeometry = section_type("GEOM");    // optional, at most one an object: Draco bytes
-inline constexpr uint32_t kSectionMargins = section_type("MARG");     // optional, at most one an object: kMarginBytes bytes
+inline constexpr uint32_t kSectionMargins = section_type("MARG");     // optional, at most one an object
 
 constexpr bool is_known_section(uint32_t type) {
   return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
@@ -47,7 +49,8 @@ constexpr bool is_known_section(uint32_t type) {
 }
 
 // Each face of the box is divided into 16 × 16 squares, each of a byte: for how many grid units, in each of the three
-// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis first.
+// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis
+// first.
 inline constexpr uint32_t kMarginSquares = 16;
 inline constexpr size_t kMarginBytes = 6 * kMarginSquares * kMarginSquares;
 
@@ -87,33 +90,34 @@ enum class Method : uint8_t {
 };
 
 struct ObjectRecord {
-  uint32_t name_offset;  // into the NAME section
-  uint32_t name_length;  // bytes; 0 for an object without a name
-  uint32_t source_index; // of the mesh in its source file
-  uint8_t depth;         // 1 … 8
-  uint8_t method;        // Method
-  uint8_t reserved0[2];  // zero
-  float box_min[3];      // the padded box, object frame
+  uint32_t name_offset;   // into the NAME section
+  uint32_t name_length;   // bytes; 0 for an object without a name
+  uint32_t source_index;  // of the mesh in its source file
+  uint8_t depth;          // 1 … 8
+  uint8_t method;         // Method
+  uint8_t reserved0[2];   // zero
+  float box_min[3];       // the padded box, object frame
   float box_max[3];
   std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first
   uint64_t triangle_count;                // of the welded mesh
   uint64_t vertex_count;
-  uint64_t cells[3];           // clear, blocked, unclassified cells of the deepest stored level
-  uint32_t tree_section;       // index into the section table
-  uint32_t geometry_section;   // likewise, or kNone
-  uint64_t block256_count;     // pools of the TREE section
+  uint64_t cells[3];          // clear, blocked, unclassified cells of the deepest stored level
+  uint32_t tree_section;      // index into the section table
+  uint32_t geometry_section;  // likewise, or kNone
+  uint64_t block256_count;    // pools of the TREE section
   uint64_t block16_count;
   uint64_t brick_count;
-  uint64_t nodes_unfolded;     // of the octree as the paper counts: every node a 32-bit word
-  uint64_t nodes_folded;       // with sixteen leaf children folded into their parent's word
-  uint64_t nodes_shared;       // and identical groups of sixteen children stored once
-  uint32_t method_parameters[8];  // samples a cell (hybrid: of the statistical tier; proven: 0), seed (low word, high word)
-  uint64_t statistical_cells;     // of class 3; with cells[], 15 * 16^levels
-  uint64_t audit_lines[2];        // asked after the bake: undirected, and aimed at the mesh; 0: not audited
-  uint64_t audit_wrong[2];        // of them answered wrongly; proven: none
-  float audit_bound_95;           // upper end of the one-sided 95 % interval of the rate of wrong undirected lines; 0: not audited
-  float guard_band;               // of the proofs, grid units; else 0
-  uint8_t reserved1[24];          // zero
+  uint64_t nodes_unfolded;  // of the octree as the paper counts: every node a 32-bit word
+  uint64_t nodes_folded;    // with sixteen leaf children folded into their parent's word
+  uint64_t nodes_shared;    // and identical groups of sixteen children stored once
+  // Samples a cell (hybrid: of the statistical tier; proven: 0), seed (low word, high word).
+  uint32_t method_parameters[8];
+  uint64_t statistical_cells;  // of class 3; with cells[], 15 * 16^levels
+  uint64_t audit_lines[2];     // asked after the bake: undirected, and aimed at the mesh; 0: not audited
+  uint64_t audit_wrong[2];     // of them answered wrongly; proven: none
+  float audit_bound_95;        // one-sided 95 % bound of the rate of wrong undirected lines; 0: not audited
+  float guard_band;            // of the proofs, grid units; else 0
+  uint8_t reserved1[24];       // zero
 };
 static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, box_min) == 16 &&
               offsetof(ObjectRecord, geometry_hash) == 40 && offsetof(ObjectRecord, cells) == 72 &&

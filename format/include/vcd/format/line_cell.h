@@ -57,19 +57,19 @@ inline float to_grid(const GridFrame& frame, int axis, float x) { return (x - fr
 inline bool usable_extent(float extent) { return extent >= 0x1p-100f && extent <= 0x1p100f; }
 
 // Limits of a line, in the L1 norm of grid units: beyond them rounding could leave the padding of the box.
-inline constexpr float kFarthestOrigin = 0x1p17f;      // 512 boxes
+inline constexpr float kFarthestOrigin = 0x1p17f;  // 512 boxes
 inline constexpr float kShortestDirection = 0x1p-40f;
 inline constexpr float kLongestDirection = 0x1p100f;
 inline constexpr float kSmallestComponent = 0x1p-100f;  // smaller direction components, zero too, count as this
 
 struct LineCell {
-  bool valid;      // false: an input is NaN, infinite or beyond the limits; nothing below may be used
-  bool hits;       // the line passes through the inside of the box
-  uint32_t pair;   // 0 … 14, meaningful when the line hits
-  uint32_t s, t;   // on face kFacePair[pair].low, 0 … 255, in grid units rounded down
-  uint32_t u, v;   // on face kFacePair[pair].high
-  bool swapped;    // the line enters by face kFacePair[pair].high
-  float t_entry;   // along the segment's own parameter
+  bool valid;     // false: an input is NaN, infinite or beyond the limits; nothing below may be used
+  bool hits;      // the line passes through the inside of the box
+  uint32_t pair;  // 0 … 14, meaningful when the line hits
+  uint32_t s, t;  // on face kFacePair[pair].low, 0 … 255, in grid units rounded down
+  uint32_t u, v;  // on face kFacePair[pair].high
+  bool swapped;   // the line enters by face kFacePair[pair].high
+  float t_entry;  // along the segment's own parameter
   float t_exit;
 };
 
@@ -111,8 +111,7 @@ inline uint64_t grid_bytes(Float4 entry, Float4 exit) {
 #else
   const auto byte = [](float x) { return static_cast<uint64_t>(x > 0.0f ? (x < 255.0f ? x : 255.0f) : 0.0f); };
   uint64_t bytes = 0;
-  for (int axis = 0; axis < 3; ++axis)
-    bytes |= byte(entry[axis]) << (8 * axis) | byte(exit[axis]) << (32 + 8 * axis);
+  for (int axis = 0; axis < 3; ++axis) bytes |= byte(entry[axis]) << (8 * axis) | byte(exit[axis]) << (32 + 8 * axis);
   return bytes;
 #endif
 }
@@ -176,10 +175,10 @@ inline constexpr RouteTable kRoutes = make_route_table();
   const Float4 at_high = (all(kGrid) - p) * reciprocal;
   const Float4 near = smaller(at_low, at_high);
   const Float4 far = larger(at_low, at_high);
-  const Float4 entry = larger(near, larger(__builtin_shufflevector(near, near, 1, 2, 0, 3),
-                                           __builtin_shufflevector(near, near, 2, 0, 1, 3)));
-  const Float4 exit = smaller(far, smaller(__builtin_shufflevector(far, far, 1, 2, 0, 3),
-                                           __builtin_shufflevector(far, far, 2, 0, 1, 3)));
+  const Float4 entry = larger(
+      near, larger(__builtin_shufflevector(near, near, 1, 2, 0, 3), __builtin_shufflevector(near, near, 2, 0, 1, 3)));
+  const Float4 exit = smaller(
+      far, smaller(__builtin_shufflevector(far, far, 1, 2, 0, 3), __builtin_shufflevector(far, far, 2, 0, 1, 3)));
 
   LineCell cell;
   cell.valid = (sign_bits((norms >= least) & (norms <= most)) & 3u) == 3u;

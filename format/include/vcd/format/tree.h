@@ -14,22 +14,23 @@ namespace vcd {
 inline constexpr uint32_t kMinDepth = 1;
 inline constexpr uint32_t kMaxDepth = 8;
 
-inline constexpr size_t kBrickBytes = 64;       // 256 cells × 2 bits
-inline constexpr size_t kBlock16Words = 16;     // 64 bytes
-inline constexpr size_t kBlock256Words = 256;   // 1024 bytes
+inline constexpr size_t kBrickBytes = 64;      // 256 cells × 2 bits
+inline constexpr size_t kBlock16Words = 16;    // 64 bytes
+inline constexpr size_t kBlock256Words = 256;  // 1024 bytes
 
 // How many levels each part of the tree resolves, for an object of the given depth (1 … 8).
 // Depth 1 is stored as depth 2 with every cell repeated, so a brick always holds two levels.
 struct TreeShape {
-  uint32_t levels;       // stored levels, max(depth, 2)
-  uint32_t top_levels;   // 0 … 3
-  bool has_blocks256;    // a 256-way block (two levels) below the top table
-  bool has_blocks16;     // a 16-way block (one level) below that
+  uint32_t levels;      // stored levels, max(depth, 2)
+  uint32_t top_levels;  // 0 … 3
+  bool has_blocks256;   // a 256-way block (two levels) below the top table
+  bool has_blocks16;    // a 16-way block (one level) below that
 
   constexpr uint32_t top_words() const { return kFacePairs << (4 * top_levels); }  // without the spare slot
   constexpr uint64_t top_bytes() const { return ((uint64_t{top_words()} + 1) * 4 + 63) & ~uint64_t{63}; }
   constexpr uint64_t bytes(uint64_t block256_count, uint64_t block16_count, uint64_t brick_count) const {
-    return top_bytes() + block256_count * kBlock256Words * 4 + block16_count * kBlock16Words * 4 + brick_count * kBrickBytes;
+    return top_bytes() + block256_count * kBlock256Words * 4 + block16_count * kBlock16Words * 4 +
+           brick_count * kBrickBytes;
   }
   constexpr uint64_t cells() const { return uint64_t{kFacePairs} << (4 * levels); }
 };
@@ -56,10 +57,10 @@ struct TreeView {
   uint64_t block256_count = 0;
   uint64_t block16_count = 0;
   uint64_t brick_count = 0;
-  bool has_clear = true;    // false: the object record counts no clear cell, so looking for one is skipped
-  bool has_blocked = true;  // likewise, of the classes that count as blocked
+  bool has_clear = true;             // false: the object record counts no clear cell, so looking for one is skipped
+  bool has_blocked = true;           // likewise, of the classes that count as blocked
   const uint8_t* margins = nullptr;  // kMarginBytes bytes, 4-byte aligned; null: none are known
-  uint32_t blocked_answers = kProvenAnswers;  // kProvenAnswers, or kAllAnswers to take statistically blocked cells for blocked
+  uint32_t blocked_answers = kProvenAnswers;  // or kAllAnswers: statistically blocked cells are blocked
 
   // Two bits a class: XORed to "unclassified" they give "blocked".
   static constexpr uint32_t kProvenAnswers = 0b00'00'11'00u, kAllAnswers = 0b11'00'11'00u;
@@ -104,13 +105,15 @@ inline uint32_t margin_square(uint32_t face, uint32_t first, uint32_t second) {
   return face * kMarginSquares * kMarginSquares + (first >> 4) * kMarginSquares + (second >> 4);
 }
 
-// Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is nothing.
+// Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is
+// nothing.
 inline bool covers(const uint8_t* margins, const LineCell& line, float t_min, float t_max) {
   const auto [low, high] = kFacePair[line.pair];
   const float at_low = static_cast<float>(margins[margin_square(low, line.s, line.t)]) * (1 / kGrid);
   const float at_high = static_cast<float>(margins[margin_square(high, line.u, line.v)]) * (1 / kGrid);
   const float way = line.t_exit - line.t_entry;
-  return (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) & (line.t_exit - t_max <= (line.swapped ? at_low : at_high) * way);
+  return (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) &
+         (line.t_exit - t_max <= (line.swapped ? at_low : at_high) * way);
 }
 
 // What one segment's line and the tree say together: spec/vcd-format.md, "The answer". No allocation, no exception.
@@ -127,8 +130,8 @@ inline bool covers(const uint8_t* margins, const LineCell& line, float t_min, fl
   if (!answerable) return Visibility::unclassified;
   const uint32_t slot = top_slot(shape, line), spare = shape.top_words();
   const uint32_t bits = bits_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line);
-  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), unclassified, and blocked
-  // or unclassified.
+  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), unclassified, and
+  // blocked or unclassified.
   const uint32_t answers = 0b10'10'10'00u ^ (pierces * tree.blocked_answers);
   return static_cast<Visibility>(answers >> (2 * bits) & 3u);
 }

@@ -9,13 +9,13 @@
 namespace vcd {
 
 struct TreeStatistics {
-  std::array<uint64_t, 4> cells{};  // of each class, of the deepest stored level
-  uint64_t nodes_unfolded = 0;      // nodes of the octree; a node whose descendants all agree is one leaf
-  uint64_t nodes_folded = 0;        // words left when a node with sixteen leaf children is one word
-  uint64_t nodes_shared = 0;        // words left when, moreover, equal groups of sixteen children of a level are one
-  uint64_t unreferenced_blocks = 0; // blocks that nothing refers to, of all pools, the uniform ones not counted
-  uint64_t duplicate_blocks = 0;    // blocks that are equal to another one of their pool
-  uint64_t mixed_groups = 0;        // groups of sixteen cells of bricks (not weighted) that differ
+  std::array<uint64_t, 4> cells{};   // of each class, of the deepest stored level
+  uint64_t nodes_unfolded = 0;       // nodes of the octree; a node whose descendants all agree is one leaf
+  uint64_t nodes_folded = 0;         // words left when a node with sixteen leaf children is one word
+  uint64_t nodes_shared = 0;         // words left when, moreover, equal groups of sixteen children of a level are one
+  uint64_t unreferenced_blocks = 0;  // blocks that nothing refers to, of all pools, the uniform ones not counted
+  uint64_t duplicate_blocks = 0;     // blocks that are equal to another one of their pool
+  uint64_t mixed_groups = 0;         // groups of sixteen cells of bricks (not weighted) that differ
 
   bool operator==(const TreeStatistics&) const = default;
 };

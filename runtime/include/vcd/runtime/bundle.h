@@ -1,9 +1,9 @@
 // Segments from one point to the samples of one light.
 //
-// A bundle is decided as a whole where it can be: if all cells of the tree that its lines pass through agree, no line is
-// looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/design.md, "Bundles").
-// What is decided so is what single look-ups would say, or more where these say nothing: within rounding of a cell's border,
-// and of segments too short to be looked up, which are clear where the whole bundle misses the box.
+// A bundle is decided as a whole where it can be: if all cells of the tree that its lines pass through agree, no line
+// is looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/design.md,
+// "Bundles"). What is decided so is what single look-ups would say, or more where these say nothing: within rounding of
+// a cell's border, and of segments too short to be looked up, which are clear where the whole bundle misses the box.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@
 
 namespace vcd {
 
-// Sample i is corner + u[i] · edge_u + v[i] · edge_v, in the object's frame; its segment runs from origin to it, both ends
-// excluded. u and v are of one size and finite (a sample that is not may get any answer). Neighbours in the arrays should be
-// neighbours on the light, sixteen at a time.
-// Promises hold for every segment from the origin to a point within 2^-15 of the box's extents of the sample.
+// Sample i is corner + u[i] · edge_u + v[i] · edge_v, in the object's frame; its segment runs from origin to it, both
+// ends excluded. u and v are of one size and finite (a sample that is not may get any answer). Neighbours in the arrays
+// should be neighbours on the light, sixteen at a time. Promises hold for every segment from the origin to a point
+// within 2^-15 of the box's extents of the sample.
 struct QuadBundle {
   float origin[3];
   float corner[3], edge_u[3], edge_v[3];
@@ -35,11 +35,15 @@ struct SphereBundle {
 // One of its segments.
 inline Segment segment_of(const QuadBundle& b, size_t i) {
   Segment s{{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {}, 1.0f};
-  for (int a = 0; a < 3; ++a) s.direction[a] = ((b.corner[a] - b.origin[a]) + b.u[i] * b.edge_u[a]) + b.v[i] * b.edge_v[a];
+  for (int a = 0; a < 3; ++a)
+    s.direction[a] = ((b.corner[a] - b.origin[a]) + b.u[i] * b.edge_u[a]) + b.v[i] * b.edge_v[a];
   return s;
 }
 inline Segment segment_of(const SphereBundle& b, size_t i) {
-  return {{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {b.x[i] - b.origin[0], b.y[i] - b.origin[1], b.z[i] - b.origin[2]}, 1.0f};
+  return {{b.origin[0], b.origin[1], b.origin[2]},
+          0.0f,
+          {b.x[i] - b.origin[0], b.y[i] - b.origin[1], b.z[i] - b.origin[2]},
+          1.0f};
 }
 
 }  // namespace vcd

@@ -1,9 +1,10 @@
-// For renderers on Embree (3 or 4): rtcOccluded1, 8 and 16 with the sidecar asked first, for one object and for scenes of
-// instances. Header-only; include it after Embree's own header: #include <embree3/rtcore.h> or #include <embree4/rtcore.h>.
+// For renderers on Embree (3 or 4): rtcOccluded1, 8 and 16 with the sidecar asked first, for one object and for scenes
+// of instances. Header-only; include it after Embree's own header: #include <embree3/rtcore.h> or #include
+// <embree4/rtcore.h>.
 //
-// An RTCScene that stands for an object must hold exactly the triangles of the object's mesh, in the object's frame. Masks,
-// filters and time of a ray apply only where it is traced: ask Embree directly for rays that must not see all of the mesh,
-// or use the masks of <vcd/runtime/scene.h>.
+// An RTCScene that stands for an object must hold exactly the triangles of the object's mesh, in the object's frame.
+// Masks, filters and time of a ray apply only where it is traced: ask Embree directly for rays that must not see all of
+// the mesh, or use the masks of <vcd/runtime/scene.h>.
 #pragma once
 
 #ifndef RTC_VERSION_MAJOR
@@ -87,7 +88,10 @@ inline RTCRay to_ray(const Segment& s) {
 // Ray k of an RTCRay8 or RTCRay16.
 template <class Rays>
 Segment segment_of(const Rays& rays, size_t k) {
-  return {{rays.org_x[k], rays.org_y[k], rays.org_z[k]}, rays.tnear[k], {rays.dir_x[k], rays.dir_y[k], rays.dir_z[k]}, rays.tfar[k]};
+  return {{rays.org_x[k], rays.org_y[k], rays.org_z[k]},
+          rays.tnear[k],
+          {rays.dir_x[k], rays.dir_y[k], rays.dir_z[k]},
+          rays.tfar[k]};
 }
 
 namespace embree_detail {
@@ -108,7 +112,9 @@ template <class Rays, size_t kWidth, class Get>
 void trace(RTCScene scene, bool coherent, size_t size, const Get& segment, uint8_t* answers) {
   for (size_t first = 0; first < size; first += kWidth) {
     const size_t count = std::min(kWidth, size - first);
-    if (count <= kFew) return trace_one_by_one(scene, coherent, size - first, [&](size_t i) { return segment(first + i); }, answers + first);
+    if (count <= kFew)
+      return trace_one_by_one(
+          scene, coherent, size - first, [&](size_t i) { return segment(first + i); }, answers + first);
     alignas(64) int valid[kWidth];
     Rays rays;
     for (size_t k = 0; k < kWidth; ++k) {
@@ -133,17 +139,19 @@ void trace(RTCScene scene, EmbreeQuery query, size_t size, const Get& segment, u
 
 }  // namespace embree_detail
 
-// Segments through Embree alone, query.width at once, neighbours together. answers[i] becomes 1 where segment i is blocked,
-// else 0. t_min must not be negative.
+// Segments through Embree alone, query.width at once, neighbours together. answers[i] becomes 1 where segment i is
+// blocked, else 0. t_min must not be negative.
 inline void occluded(RTCScene scene, EmbreeQuery query, std::span<const Segment> segments, uint8_t* answers) {
-  embree_detail::trace(scene, query, segments.size(), [&](size_t i) { return segments[i]; }, answers);
+  embree_detail::trace(
+      scene, query, segments.size(), [&](size_t i) { return segments[i]; }, answers);
 }
 inline void occluded(RTCScene scene, EmbreeQuery query, const SegmentArrays& segments, uint8_t* answers) {
-  embree_detail::trace(scene, query, segments.count, [&](size_t i) { return segment_at(segments, i); }, answers);
+  embree_detail::trace(
+      scene, query, segments.count, [&](size_t i) { return segment_at(segments, i); }, answers);
 }
 
-// Like rtcOccluded1 (tnear must not be negative): a blocked ray's tfar becomes -infinity, another one's is left alone. Returns true if the ray had
-// to be traced.
+// Like rtcOccluded1 (tnear must not be negative): a blocked ray's tfar becomes -infinity, another one's is left alone.
+// Returns true if the ray had to be traced.
 #if RTC_VERSION_MAJOR >= 4
 inline bool occluded1(Object object, RTCScene scene, RTCRay* ray, RTCOccludedArguments* arguments = nullptr) {
   const Visibility answer = object.classify(segment_of(*ray));
@@ -157,13 +165,18 @@ inline bool occluded1(Object object, RTCScene scene, RTCIntersectContext* contex
   return answer == Visibility::unclassified;
 }
 
-// Like rtcOccluded8 and rtcOccluded16, for RTCRay8 and RTCRay16: rays with valid[k] = -1 (tnear must not be negative). Returns how
-// many had to be traced.
+// Like rtcOccluded8 and rtcOccluded16, for RTCRay8 and RTCRay16: rays with valid[k] = -1 (tnear must not be negative).
+// Returns how many had to be traced.
 template <class Rays>
 size_t occluded_packet(Object object, const int* valid, RTCScene scene, Rays* rays, bool coherent = false) {
   constexpr size_t kWidth = sizeof(rays->tfar) / sizeof(float);
   std::array<Visibility, kWidth> answers;
-  object.classify(SegmentArrays{{rays->org_x, rays->org_y, rays->org_z}, rays->tnear, {rays->dir_x, rays->dir_y, rays->dir_z}, rays->tfar, kWidth}, answers);
+  object.classify(SegmentArrays{{rays->org_x, rays->org_y, rays->org_z},
+                                rays->tnear,
+                                {rays->dir_x, rays->dir_y, rays->dir_z},
+                                rays->tfar,
+                                kWidth},
+                  answers);
   alignas(64) int left[kWidth];
   size_t count = 0;
   for (size_t k = 0; k < kWidth; ++k) {
@@ -181,23 +194,29 @@ struct EmbreeInstances {
   std::span<const RTCScene> objects;
   EmbreeQuery query = {};
 
-  void operator()(const OpenSegments& open) const { vcd::occluded(objects[open.instance], query, open.segments, open.blocked); }
+  void operator()(const OpenSegments& open) const {
+    vcd::occluded(objects[open.instance], query, open.segments, open.blocked);
+  }
 };
 
 // Like rtcOccluded1 over all instances: a blocked ray's tfar becomes -infinity, another one's is left alone.
 inline void occluded1(const Scene& scene, const EmbreeInstances& instances, RTCRay* ray, const SceneQuery& query = {}) {
   const Segment segment = segment_of(*ray);
-  const bool blocked = scene.occluded(segment, [&](uint32_t instance) {
-    RTCRay inside = to_ray(scene.in_object(instance, segment));
-    embree_detail::occluded(nullptr, instances.objects[instance], inside, false);
-    return inside.tfar == embree_detail::kBlocked;
-  }, query);
+  const bool blocked = scene.occluded(
+      segment,
+      [&](uint32_t instance) {
+        RTCRay inside = to_ray(scene.in_object(instance, segment));
+        embree_detail::occluded(nullptr, instances.objects[instance], inside, false);
+        return inside.tfar == embree_detail::kBlocked;
+      },
+      query);
   if (blocked) ray->tfar = embree_detail::kBlocked;
 }
 
 // Like rtcOccluded8 and rtcOccluded16 over all instances.
 template <class Rays>
-void occluded_packet(const Scene& scene, const EmbreeInstances& instances, const int* valid, Rays* rays, const SceneQuery& query = {}) {
+void occluded_packet(const Scene& scene, const EmbreeInstances& instances, const int* valid, Rays* rays,
+                     const SceneQuery& query = {}) {
   constexpr size_t kWidth = sizeof(rays->tfar) / sizeof(float);
   std::array<Segment, kWidth> segments;
   std::array<uint32_t, kWidth> origins;
@@ -210,7 +229,8 @@ void occluded_packet(const Scene& scene, const EmbreeInstances& instances, const
     lanes[count++] = k;
   }
   uint64_t blocked = 0;
-  const SceneQuery of_valid{query.mask, query.origins.empty() ? query.origins : std::span<const uint32_t>(origins).first(count)};
+  const SceneQuery of_valid{query.mask,
+                            query.origins.empty() ? query.origins : std::span<const uint32_t>(origins).first(count)};
   scene.occluded(std::span(segments).first(count), std::span(&blocked, 1), instances, of_valid);
   for (size_t i = 0; i < count; ++i)
     if (blocked >> i & 1) rays->tfar[lanes[i]] = embree_detail::kBlocked;

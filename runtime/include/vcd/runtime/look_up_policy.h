@@ -4,9 +4,9 @@
 //   if (policy.look_up(vcd::From::outside)) …        // ask the sidecar first, or the BVH at once
 //   policy.took(vcd::From::outside, looked_up, nanoseconds, segments);   // while it is undecided()
 //
-// A look-up that seldom answers only costs time. How often it answers depends on where segments begin, so that is decided
-// for each kind by itself: the first batches go either way in turn, and then all go the cheaper one. Batches are a bundle,
-// an array, or some hundred single rays: not less than the clock can measure.
+// A look-up that seldom answers only costs time. How often it answers depends on where segments begin, so that is
+// decided for each kind by itself: the first batches go either way in turn, and then all go the cheaper one. Batches
+// are a bundle, an array, or some hundred single rays: not less than the clock can measure.
 #pragma once
 
 #include <algorithm>
@@ -27,12 +27,14 @@ class LookUpPolicy {
  public:
   enum class Use : uint8_t { measured, always, never };
 
-  // Look-ups have to take less than this share of the BVH's time: what is nearly equal is left as it would be without them.
+  // Look-ups have to take less than this share of the BVH's time: what is nearly equal is left as it would be without
+  // them.
   static constexpr double kWorthwhile = 0.97;
 
-  // Segments from the object itself are not looked up unless told otherwise: their line meets the object where it begins, so
-  // that no cell of it is clear, and it does not pierce the box.
-  explicit LookUpPolicy(Use outside = Use::measured, Use inside = Use::measured, Use own = Use::never) : kinds_{Kind{outside}, Kind{inside}, Kind{own}} {}
+  // Segments from the object itself are not looked up unless told otherwise: their line meets the object where it
+  // begins, so that no cell of it is clear, and it does not pierce the box.
+  explicit LookUpPolicy(Use outside = Use::measured, Use inside = Use::measured, Use own = Use::never)
+      : kinds_{Kind{outside}, Kind{inside}, Kind{own}} {}
 
   void fix(From from, Use use) { kind(from) = Kind{use}; }
 
@@ -55,7 +57,9 @@ class LookUpPolicy {
     if (way.batches >= 8) nanoseconds = std::min(nanoseconds, 4 * way.nanoseconds / way.segments * n);
     way.nanoseconds += nanoseconds, way.segments += n, ++way.batches;
     if (k.ways[0].batches < kBatches || k.ways[1].batches < kBatches) return;
-    k.use = k.ways[1].nanoseconds * k.ways[0].segments <= kWorthwhile * k.ways[0].nanoseconds * k.ways[1].segments ? Use::always : Use::never;
+    k.use = k.ways[1].nanoseconds * k.ways[0].segments <= kWorthwhile * k.ways[0].nanoseconds * k.ways[1].segments
+                ? Use::always
+                : Use::never;
   }
 
  private:

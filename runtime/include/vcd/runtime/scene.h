@@ -3,8 +3,8 @@
 //   auto scene = vcd::Scene::build(instances);
 //   bool dark = scene->occluded(segment, [&](uint32_t instance) { return my_bvh_occluded(instance, segment); });
 //
-// A hierarchy over the instances' boxes finds those that a segment could meet; their sidecars are asked, many in one step;
-// one blocked answer ends the segment; what is left goes to the caller.
+// A hierarchy over the instances' boxes finds those that a segment could meet; their sidecars are asked, many in one
+// step; one blocked answer ends the segment; what is left goes to the caller.
 //
 // Threads: queries may run on any number of threads at once; set_transforms() not beside them.
 #pragma once
@@ -33,22 +33,22 @@ struct SceneInstance {
   std::optional<Object> object;  // none: always left to the caller where a segment could meet its box
   float box_min[3], box_max[3];  // that holds the mesh, in the object's own frame: the record's, if there is an object
   Transform to_world;
-  uint32_t mask = 0xFFFFFFFF;    // asked where it shares a bit with the query's
+  uint32_t mask = 0xFFFFFFFF;  // asked where it shares a bit with the query's
 
   static SceneInstance of(Object object, const Transform& to_world);
 };
 
 // What a segment could still meet.
 struct OpenPair {
-  uint32_t segment;   // index in the query's array
+  uint32_t segment;  // index in the query's array
   uint32_t instance;
-  float length;       // of the segment's line inside the instance's box, in 256ths of the box
+  float length;  // of the segment's line inside the instance's box, in 256ths of the box
 };
 
 struct SceneQuery {
   uint32_t mask = 0xFFFFFFFF;
-  // The instance that each segment begins on, or kNoInstance; empty if unknown. A bundle has one. It is left to the caller
-  // without a look-up, and before all others are looked up: from inside a box a look-up seldom answers.
+  // The instance that each segment begins on, or kNoInstance; empty if unknown. A bundle has one. It is left to the
+  // caller without a look-up, and before all others are looked up: from inside a box a look-up seldom answers.
   std::span<const uint32_t> origins = {};
 };
 inline constexpr uint32_t kNoInstance = 0xFFFFFFFF;
@@ -65,8 +65,7 @@ struct OpenSegments {
 class TraceOpen {
  public:
   template <class Trace>
-    requires(!std::is_same_v<std::remove_cvref_t<Trace>, TraceOpen>)
-  TraceOpen(Trace&& trace)
+  requires(!std::is_same_v<std::remove_cvref_t<Trace>, TraceOpen>) TraceOpen(Trace&& trace)
       : context_(std::addressof(trace)), call_([](const void* context, const OpenSegments& open) {
           (*static_cast<std::remove_reference_t<Trace>*>(const_cast<void*>(context)))(open);
         }) {}
@@ -80,9 +79,9 @@ class TraceOpen {
 class Scene {
  public:
   struct State;  // the runtime's own
-  // Instances keep their indices. Errors: usage (a transform that is not finite or cannot be inverted, a box that is empty
-  // or not finite), with the index; an unknown kernel; runtime (out of memory).
-  // kernel: one of kernels(); empty: the fastest.
+  // Instances keep their indices. Errors: usage (a transform that is not finite or cannot be inverted, a box that is
+  // empty or not finite), with the index; an unknown kernel; runtime (out of memory). kernel: one of kernels(); empty:
+  // the fastest.
   static Result<Scene> build(std::span<const SceneInstance> instances, const std::string& kernel = {});
 
   Scene(Scene&&) noexcept;
@@ -94,10 +93,11 @@ class Scene {
   // New transforms for all instances. Errors as build(); then nothing has changed.
   std::optional<Error> set_transforms(std::span<const Transform> to_world);
 
-  // blocked: by some instance. clear: no instance meets the segment. Everything else is unclassified. What instances promise
-  // holds in the world: see spec/design.md, "Scenes".
+  // blocked: by some instance. clear: no instance meets the segment. Everything else is unclassified. What instances
+  // promise holds in the world: see spec/design.md, "Scenes".
   Visibility classify(const Segment& segment, const SceneQuery& query = {}) const noexcept;
-  void classify(std::span<const Segment> segments, std::span<Visibility> answers, const SceneQuery& query = {}) const noexcept;
+  void classify(std::span<const Segment> segments, std::span<Visibility> answers,
+                const SceneQuery& query = {}) const noexcept;
 
   // The same, and for unclassified segments the instances that could meet them, by segment and then the longest first.
   struct Open {
@@ -105,9 +105,10 @@ class Scene {
     bool complete;  // false: there was no room for all of them, or a segment is not finite and could meet any
   };
   Open classify(std::span<const Segment> segments, std::span<Visibility> answers, std::span<OpenPair> open,
-                  const SceneQuery& query = {}) const noexcept;
+                const SceneQuery& query = {}) const noexcept;
 
-  // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one does.
+  // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one
+  // does.
   template <class Fallback>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
     const uint32_t own = query.origins.empty() ? kNoInstance : query.origins[0];
@@ -127,15 +128,20 @@ class Scene {
   // Which segments are blocked, a bit for each: blocked[i / 64] >> i % 64 & 1. trace(const OpenSegments&) is asked for
   // instances that segments could meet and that no other is known to block, for many segments at once, those first that
   // most segments could meet.
-  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
-  // The bundle is in the world's frame. See <vcd/runtime/bundle.h>: promises hold for every segment to a point within 2^-15
-  // of the extents of an instance's box of the sample, in that box's frame.
-  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
-  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace, const SceneQuery& query = {}) const;
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace,
+                const SceneQuery& query = {}) const;
+  // The bundle is in the world's frame. See <vcd/runtime/bundle.h>: promises hold for every segment to a point within
+  // 2^-15 of the extents of an instance's box of the sample, in that box's frame.
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+                const SceneQuery& query = {}) const;
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+                const SceneQuery& query = {}) const;
 
   // The look-ups alone: segments that are neither blocked nor open are clear.
-  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query = {}) const noexcept;
-  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open, const SceneQuery& query = {}) const noexcept;
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+                const SceneQuery& query = {}) const noexcept;
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+                const SceneQuery& query = {}) const noexcept;
 
   // A segment in the frame of an instance's object; t stays as it is.
   Segment in_object(uint32_t instance, const Segment& segment) const noexcept;

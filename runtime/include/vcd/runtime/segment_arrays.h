@@ -17,7 +17,10 @@ struct SegmentArrays {
 };
 
 inline Segment segment_at(const SegmentArrays& a, size_t i) {
-  return {{a.origin[0][i], a.origin[1][i], a.origin[2][i]}, a.t_min[i], {a.direction[0][i], a.direction[1][i], a.direction[2][i]}, a.t_max[i]};
+  return {{a.origin[0][i], a.origin[1][i], a.origin[2][i]},
+          a.t_min[i],
+          {a.direction[0][i], a.direction[1][i], a.direction[2][i]},
+          a.t_max[i]};
 }
 
 }  // namespace vcd

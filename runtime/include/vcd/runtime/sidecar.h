@@ -44,9 +44,9 @@ class Object {
   void classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept;
   void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
 
-  // The same for segments from one point to samples of one light: see <vcd/runtime/bundle.h>. Bit i % 64 of word i / 64 of
-  // `blocked` says that sample i is blocked, of `open` that it is unclassified; neither: clear. Both need (size() + 63) / 64
-  // words; bits past the last sample become 0.
+  // The same for segments from one point to samples of one light: see <vcd/runtime/bundle.h>. Bit i % 64 of word i / 64
+  // of `blocked` says that sample i is blocked, of `open` that it is unclassified; neither: clear. Both need (size() +
+  // 63) / 64 words; bits past the last sample become 0.
   void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
   void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
 
@@ -58,11 +58,11 @@ class Object {
                                               : answer == Visibility::blocked;
   }
 
-  std::string_view name() const noexcept;         // UTF-8; empty where the source had none
+  std::string_view name() const noexcept;  // UTF-8; empty where the source had none
   // False: every segment is unclassified (the baker found that look-ups would not pay, or OpenOptions refuse what it
   // has), so there is no need to ask.
   bool answers() const noexcept;
-  const ObjectRecord& record() const noexcept;    // box, depth, method, hash, counts: <vcd/format/layout.h>
+  const ObjectRecord& record() const noexcept;  // box, depth, method, hash, counts: <vcd/format/layout.h>
 
  private:
   friend class Scene;
@@ -82,8 +82,8 @@ struct OpenOptions {
   // full reads the whole file once and verifies every checksum. bounds verifies the tables and every index, so that
   // queries are memory-safe on any bytes, but would not notice damage to the cells themselves.
   CheckLevel check = CheckLevel::full;
-  // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects that
-  // were baked by sampling. Costs nothing in a query.
+  // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects
+  // that were baked by sampling. Costs nothing in a query.
   bool proven_only = false;
   // What classifies arrays and bundles: one of kernels(); empty: the fastest.
   std::string kernel = {};
@@ -115,13 +115,14 @@ class Sidecar {
   std::optional<Object> find(std::string_view name) const noexcept;
   std::optional<Object> find(const std::array<uint8_t, 16>& geometry_hash) const noexcept;
 
-  std::string_view kernel() const noexcept;  // the one in use
+  std::string_view kernel() const noexcept;          // the one in use
   const SidecarContents& contents() const noexcept;  // sections and provenance
 
  private:
   struct State;
   explicit Sidecar(std::unique_ptr<State> state);
-  static Result<Sidecar> read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options, const std::string& name);
+  static Result<Sidecar> read(std::unique_ptr<State> state, Bytes bytes, const OpenOptions& options,
+                              const std::string& name);
   std::unique_ptr<State> state_;
 };
 

@@ -35,11 +35,13 @@ typedef struct vcd_sidecar vcd_sidecar;
 typedef struct vcd_object vcd_object;
 
 typedef struct vcd_open_options {
-  size_t size;       /* sizeof(vcd_open_options) */
-  int copy;          /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
+  size_t size;           /* sizeof(vcd_open_options) */
+  int copy;              /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
   int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
-  int proven_only;   /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that were
-                      * baked by sampling, are unclassified. Options of a smaller size, without this field, count as 0 */
+  int proven_only;    /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that
+                       * were    baked by sampling, are unclassified. Options of a smaller size, without this field, count
+                       * as
+                       * 0 */
   const char* kernel; /* what classifies arrays: a name of vcd_kernel; NULL, or a smaller size: the fastest */
 } vcd_open_options;
 
@@ -68,8 +70,8 @@ vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options
 void vcd_close(const vcd_sidecar* sidecar); /* NULL is fine */
 
 size_t vcd_object_count(const vcd_sidecar* sidecar);
-const vcd_object* vcd_object_at(const vcd_sidecar* sidecar, size_t index);               /* NULL past the end */
-const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* name);      /* NULL if there is none */
+const vcd_object* vcd_object_at(const vcd_sidecar* sidecar, size_t index);          /* NULL past the end */
+const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* name); /* NULL if there is none */
 const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]);
 
 /* The object's name, UTF-8, NOT zero-terminated; *length gets its bytes. Lives as long as the sidecar. */
@@ -109,13 +111,13 @@ typedef struct vcd_sphere_bundle {
   size_t count;
 } vcd_sphere_bundle;
 
-/* Bit i % 64 of blocked[i / 64] says that sample i is blocked, of open[i / 64] that it is unclassified; neither: clear. Both
- * have room for (count + 63) / 64 words. */
+/* Bit i % 64 of blocked[i / 64] says that sample i is blocked, of open[i / 64] that it is unclassified; neither: clear.
+ * Both have room for (count + 63) / 64 words. */
 void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open);
 void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open);
 
-/* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number of
- * threads at once, vcd_scene_set_transforms not beside them. */
+/* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number
+ * of threads at once, vcd_scene_set_transforms not beside them. */
 typedef struct vcd_scene vcd_scene;
 
 typedef struct vcd_instance {
@@ -126,7 +128,8 @@ typedef struct vcd_instance {
 } vcd_instance;
 
 /* kernel: as in vcd_open_options; NULL: the fastest. On success *scene must be given to vcd_scene_free. */
-vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene, vcd_error* error);
+vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene,
+                           vcd_error* error);
 void vcd_scene_free(vcd_scene* scene); /* NULL is fine */
 
 /* 12 floats an instance, for all of them. On failure nothing has changed. */
@@ -135,9 +138,10 @@ vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd
 /* Segments of an array or a bundle that could meet one instance. */
 typedef struct vcd_open_segments {
   uint32_t instance;
-  vcd_segment_arrays segments; /* in the object's frame, t as in the world; at most 256, readable up to a multiple of 16 */
-  const uint32_t* indices;     /* of the same segments in the query */
-  uint8_t* blocked;            /* 0 for each of them: to become 1 where the instance blocks it */
+  /* In the object's frame, t as in the world; at most 256, readable up to a multiple of 16. */
+  vcd_segment_arrays segments;
+  const uint32_t* indices; /* of the same segments in the query */
+  uint8_t* blocked;        /* 0 for each of them: to become 1 where the instance blocks it */
 } vcd_open_segments;
 typedef void (*vcd_trace_open)(void* context, const vcd_open_segments* open);
 
@@ -151,14 +155,14 @@ typedef struct vcd_scene_query {
 /* The look-ups alone, of one segment in the world's frame. origin: as in vcd_scene_query. */
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
 
-/* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace is asked for
- * what look-ups leave open. query: NULL for all instances and no origins. */
-void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query, vcd_trace_open trace,
-                        void* context, uint64_t* blocked);
-void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
-                             void* context, uint64_t* blocked);
-void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query, vcd_trace_open trace,
-                               void* context, uint64_t* blocked);
+/* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
+ * is asked for what look-ups leave open. query: NULL for all instances and no origins. */
+void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
+                        vcd_trace_open trace, void* context, uint64_t* blocked);
+void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
+                             vcd_trace_open trace, void* context, uint64_t* blocked);
+void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
+                               vcd_trace_open trace, void* context, uint64_t* blocked);
 
 #ifdef __cplusplus
 }
