@@ -326,8 +326,8 @@ bool Reader::check_object(uint32_t index, uint64_t at, uint64_t& names_end) {
   if (!is_utf8(contents_.objects[index].name)) return report(FindingId::object_name, at, name);
   if (r.depth < kMinDepth || r.depth > kMaxDepth) return report(FindingId::object_depth, at + 12, name);
   if (!method_is_known(r)) return report(FindingId::object_method, at + 13, name);
-  bool good = check_reserved(r.reserved0, sizeof r.reserved0, at + offsetof(ObjectRecord, reserved0), "object record") &
-              check_reserved(r.reserved1, sizeof r.reserved1, at + offsetof(ObjectRecord, reserved1), "object record");
+  bool good = check_reserved(r.reserved0, sizeof r.reserved0, at + offsetof(ObjectRecord, reserved0), "object record");
+  good &= check_reserved(r.reserved1, sizeof r.reserved1, at + offsetof(ObjectRecord, reserved1), "object record");
   if (!audit_is_sound(r)) good = report(FindingId::object_audit, at + offsetof(ObjectRecord, audit_lines), name);
   if (!box_is_usable(r)) return report(FindingId::object_box, at + offsetof(ObjectRecord, box_min), name);
 
@@ -428,7 +428,7 @@ bool Reader::read_tree(uint32_t index) {
     good = report(FindingId::tree_index, e.offset,
                   "index " + std::to_string(largest) + " of " + std::to_string(below_top) + " in the top table");
   if (!all_zero(std::span(tree.top + used, tree.shape.top_bytes() / 4 - used)))
-    good = report(FindingId::tree_spare, e.offset + used * 4);
+    good = report(FindingId::tree_spare, e.offset, "after word " + std::to_string(used) + " of the top table");
   for (uint64_t i = 0; i < kUniformBlocks * kBrickBytes; ++i)
     if (tree.bricks[i] != i / kBrickBytes * 0x55) {
       good = report(FindingId::tree_uniform, e.offset, "bricks");

@@ -27,7 +27,10 @@ struct Section {
 
 std::vector<std::byte> encode_provenance(const std::map<std::string, std::string>& pairs) {
   std::vector<std::byte> out;
-  const auto put = [&](Bytes bytes) { out.insert(out.end(), bytes.begin(), bytes.end()); };
+  const auto put = [&](Bytes bytes) {
+    out.resize(out.size() + bytes.size());
+    std::ranges::copy(bytes, out.end() - static_cast<std::ptrdiff_t>(bytes.size()));
+  };
   const auto put_number = [&](size_t n) { put(bytes_of(static_cast<uint32_t>(n))); };
   put_number(pairs.size());
   for (const auto& [key, raw_value] : pairs) {

@@ -28,6 +28,7 @@ std::vector<Finding> findings_of(Bytes bytes, CheckLevel level = CheckLevel::ful
   std::vector<Finding> findings;
   const auto contents = read_sidecar({exact.get(), bytes.size()}, level, findings);
   EXPECT_EQ(contents.has_value(), !has_error(findings));
+  for (const Finding& finding : findings) EXPECT_LE(finding.offset, bytes.size()) << describe(finding);
   return findings;
 }
 
@@ -235,6 +236,26 @@ TEST_F(Contents, EveryFindingIsFound) {
   lying.header().header_xxh3 = XXH3_64bits(lying.bytes.data(), 56);
   EXPECT_TRUE(found(findings_of(lying.bytes), FindingId::logical_checksum));
   EXPECT_EQ(seen.size() + 3, all_findings().size()) << "a finding of the table has no test";
+}
+
+TEST_F(Contents, WhatIsWrongInsideACompressedTreeIsFoundInTheFile) {
+  std::vector<Finding> none;
+  const auto contents = read_sidecar(*small_, CheckLevel::full, none);
+  ASSERT_TRUE(contents.has_value());
+  const ObjectContents& object = contents->objects[0];
+  Buffer tree;
+  for (const Bytes piece : tree_pieces(object.tree)) tree.insert(tree.end(), piece.begin(), piece.end());
+  tree[object.tree.shape.top_words() * 4] = std::byte{1};
+  SidecarToWrite damaged;
+  damaged.storage = Storage::zstd;
+  damaged.objects = {{object.name, *object.record, {tree}, {}}};
+  const auto written = vcd::sidecar_bytes(damaged);
+  ASSERT_TRUE(written);
+  const Sidecar file{Buffer(written->data.get(), written->data.get() + written->size)};
+  const auto findings = findings_of(file.bytes);
+  ASSERT_EQ(findings.size(), 1u);
+  EXPECT_EQ(findings[0].id, FindingId::tree_spare);
+  EXPECT_EQ(findings[0].offset, Sidecar(file).section(kSectionTree).offset);
 }
 
 // What a record may say of its method, guard band and audit, and what it may not.

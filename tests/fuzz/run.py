@@ -173,7 +173,7 @@ def print_table(targets):
 
 
 def options_from(arguments):
-    build = HERE.parent.parent / "build" / "fuzz"
+    build = HERE.parent.parent / "build" / "asan"
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="of " + ", ".join(LARGEST) + "; default: all")
     parser.add_argument("--seconds", type=int, default=60, help="for each target (default 60)")

@@ -143,7 +143,7 @@ TEST_F(Obj, ConcavePolygonsAreTiled) {
   std::string face = "f 1 2";
   for (int i = 0; i <= 20; ++i) {
     comb += "v " + std::to_string(20 - i) + (i % 2 == 0 ? " 5 0\n" : " 1 0\n");
-    face += " " + std::to_string(i + 3);
+    face.append(" ").append(std::to_string(i + 3));
   }
   expect_tiled(read("comb.obj", comb + face + "\n"), 21, 60);
 }

@@ -20,7 +20,8 @@ h1 { font-size: 1.5rem } h2 { font-size: 1.15rem; margin-top: 2.2rem }
 .wide { overflow-x: auto } table { border-collapse: collapse; width: 100% }
 th { text-align: left; color: var(--dim); font-weight: 500; border-bottom: 1px solid var(--line) }
 td, th { padding: .25rem .8rem .25rem 0; vertical-align: top } tr { content-visibility: auto }
-td { border-bottom: 1px solid var(--line); overflow-wrap: anywhere } td.n, th.n { text-align: right; white-space: nowrap }
+td { border-bottom: 1px solid var(--line); overflow-wrap: anywhere }
+td.n, th.n, td.bad { white-space: nowrap } td.n, th.n { text-align: right }
 summary { cursor: pointer; font-weight: 600 }
 @media print { tr { content-visibility: visible } }
 )";
@@ -66,15 +67,21 @@ std::string cell(const std::string& text, const char* kind = "") {
   return std::string("<td") + (*kind ? std::string(" class=\"") + kind + "\"" : "") + ">" + escaped(text) + "</td>";
 }
 
-std::string table(const std::string& head, const std::string& rows) {
-  return "<div class=\"wide\"><table><thead><tr>" + head + "</tr></thead><tbody>" + rows + "</tbody></table></div>\n";
-}
+// A section of the page: so many assets, and the rows that tell of them.
+struct Part {
+  std::string rows;
+  size_t count = 0;
 
-std::string section(const std::string& title, size_t count, const std::string& body, bool open = true) {
-  if (count == 0) return "";
-  return "<section><h2>" + title + " (" + std::to_string(count) + ")</h2>" +
-         (open ? body : "<details><summary>Show</summary>" + body + "</details>") + "</section>\n";
-}
+  void add(const std::string& more) { rows += more, ++count; }
+  void add_row(const std::string& cells) { add("<tr>" + cells + "</tr>\n"); }
+  std::string shown(const std::string& title, const char* head, bool open = true) const {
+    if (count == 0) return "";
+    const std::string body = "<div class=\"wide\"><table><thead><tr>" + std::string(head) + "</tr></thead><tbody>" +
+                             rows + "</tbody></table></div>\n";
+    return "<section><h2>" + title + " (" + std::to_string(count) + ")</h2>" +
+           (open ? body : "<details><summary>Show</summary>" + body + "</details>") + "</section>\n";
+  }
+};
 
 // A row an object: an asset's first row names it.
 std::string baked_rows(const Json& file) {
@@ -106,6 +113,14 @@ constexpr const char* kBakedHead =
     "<th>Asset<th>Object<th class=n>Triangles<th>Method<th class=n>Lines resolved<th class=n>Gain forecast<th "
     "class=n>Wrong, 95 % bound<th class=n>Bytes<th class=n>Bake";
 
+// Without the name of the asset, which stands beside it.
+std::string why_failed(const Json& file, const std::string& input) {
+  std::string why = text_of(file, "error");
+  if (why.starts_with(input + ": ")) why.erase(0, input.size() + 2);
+  const std::string older = text_of(file, "old_sidecar");
+  return older.empty() ? why : why + " (an older sidecar is in place, " + older + ")";
+}
+
 std::string number_item(const std::string& number, const char* what, bool bad = false) {
   return std::string("<li") + (bad ? " class=\"bad\"" : "") + "><b>" + escaped(number) + "</b><span>" + what +
          "</span></li>";
@@ -114,25 +129,19 @@ std::string number_item(const std::string& number, const char* what, bool bad = 
 }  // namespace
 
 std::string report_page(const Json& report) {
-  std::string baked, known, failed, left_out, pruned;
-  size_t baked_count = 0, known_count = 0, failed_count = 0, left_out_count = 0;
+  Part baked, known, failed, left_out, pruned;
   for (const Json& error : list_of(report, "errors"))
-    failed += "<tr>" + cell("input", "bad") + cell("") + cell(text_of(error, "error")) + cell("") + "</tr>\n",
-        ++failed_count;
+    failed.add_row(cell("input", "bad") + cell("") + cell(text_of(error, "error")));
   for (const Json& file : list_of(report, "files")) {
-    const std::string fate = text_of(file, "fate");
-    if (fate == "baked") baked += baked_rows(file), ++baked_count;
-    else if (fate == "up-to-date") known += baked_rows(file), ++known_count;
-    else
-      failed += "<tr>" + cell(text_of(file, "kind"), "bad") + cell(text_of(file, "input")) +
-                cell(text_of(file, "error")) + cell(text_of(file, "old_sidecar")) + "</tr>\n",
-          ++failed_count;
+    const std::string fate = text_of(file, "fate"), input = text_of(file, "input");
+    if (fate == "baked") baked.add(baked_rows(file));
+    else if (fate == "up-to-date") known.add(baked_rows(file));
+    else failed.add_row(cell(text_of(file, "kind"), "bad") + cell(input) + cell(why_failed(file, input)));
     for (const Json& note : list_of(file, "notes"))
-      if (note.is_string())
-        left_out += "<tr>" + cell(text_of(file, "input")) + cell(note.get<std::string>()) + "</tr>\n", ++left_out_count;
+      if (note.is_string()) left_out.add_row(cell(input) + cell(note.get<std::string>()));
   }
   for (const Json& path : list_of(report, "pruned"))
-    pruned += "<tr>" + cell(path.is_string() ? path.get<std::string>() : text_of({{"p", path}}, "p")) + "</tr>\n";
+    pruned.add_row(cell(path.is_string() ? path.get<std::string>() : text_of({{"p", path}}, "p")));
   const Json totals = member(report, "totals");
   const auto count = [&](const char* key) { return text_of(totals, key); };
   return std::string(
@@ -141,16 +150,13 @@ std::string report_page(const Json& report) {
          "<title>vc-bake report</title><style>" + kStyle +
          "</style>\n<h1>Sidecars of a library</h1><ul class=\"numbers\">" + number_item(count("assets"), "assets") +
          number_item(count("baked"), "baked") + number_item(count("up_to_date"), "up to date") +
-         number_item(std::to_string(failed_count), "failed or not run", failed_count > 0) +
+         number_item(std::to_string(failed.count), "failed or not run", failed.count > 0) +
          number_item(readable_bytes(static_cast<uint64_t>(number_of(totals, "bytes"))), "of sidecars") +
          number_item(readable_seconds(number_of(report, "seconds")), "wall time") + "</ul>\n" +
-         section("Failed", failed_count, table("<th>What<th>Asset<th>Why<th>Older sidecar in place", failed)) +
-         section("Baked", baked_count, table(kBakedHead, baked)) +
-         section("Left out of assets", left_out_count, table("<th>Asset<th>What and why", left_out)) +
-         section("Sidecars removed, their assets are gone", list_of(report, "pruned").size(),
-                 table("<th>Sidecar", pruned)) +
-         section("Up to date", known_count, table(kBakedHead, known), false) + "<p>vcd " +
-         escaped(text_of(report, "version")) +
+         failed.shown("Failed", "<th>What<th>Asset<th>Why") + baked.shown("Baked", kBakedHead) +
+         left_out.shown("Left out of assets", "<th>Asset<th>What and why") +
+         pruned.shown("Sidecars removed, their assets are gone", "<th>Sidecar") +
+         known.shown("Up to date", kBakedHead, false) + "<p>vcd " + escaped(text_of(report, "version")) +
          ". <i>Wrong</i>: share of random lines whose answer an audit against exact arithmetic found wrong, upper end "
          "of the 95 % interval. " +
          "<i>Gain forecast</i>: of single shadow rays that pierce the box.</p></html>\n";
