@@ -1,4 +1,6 @@
-"""A library over several machines: shards by hand, and by a real Slurm that loses a node; the sidecars are those of a local run."""
+"""A library over several machines: shards by hand, and by a real Slurm that loses a node; the sidecars are those of a local run.
+
+VCD_FARM_ASSETS: how many assets, of which many are broken; a large library is made of real meshes too."""
 import json
 import os
 import pathlib
@@ -14,6 +16,8 @@ from slurm_cluster import SlurmCluster
 
 BIN = pathlib.Path(os.environ["VCD_BIN"])
 SETTINGS = ("--depth", "3", "--audit", "9000")
+ASSETS = int(os.environ.get("VCD_FARM_ASSETS", "24"))
+DATA = os.environ.get("VCD_TEST_DATA") if ASSETS >= 1000 else None
 MISSING = SlurmCluster.missing()
 
 
@@ -23,7 +27,7 @@ class Case(unittest.TestCase):
         cls.holder = tempfile.TemporaryDirectory()
         cls.addClassCleanup(cls.holder.cleanup)
         cls.shared = pathlib.Path(cls.holder.name).resolve()
-        cls.assets = make_library.make(cls.shared / "library", 24)
+        cls.assets = make_library.make(cls.shared / "library", ASSETS, DATA)
         (cls.shared / "local").mkdir()
         done = subprocess.run([BIN / "vc-bake", cls.shared / "library", "-o", cls.shared / "local", "--format", "json", *SETTINGS], capture_output=True)
         cls.local = json.loads(done.stdout)["totals"]
@@ -42,7 +46,7 @@ class Case(unittest.TestCase):
         self.plan = self.folder / "plan"
 
     def farm(self, *arguments, code=0, **options):
-        done = subprocess.run([BIN / "vc-farm", *map(str, arguments)], capture_output=True, text=True, timeout=300, **options)
+        done = subprocess.run([BIN / "vc-farm", *map(str, arguments)], capture_output=True, text=True, timeout=300 + 2 * ASSETS, **options)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done
 
@@ -105,7 +109,7 @@ class BySlurm(Case):
                                       stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             cluster.wait_for("the shards run", lambda: len(list(self.plan.glob("*.events.jsonl"))) >= 6)
             cluster.kill_node(1)
-            out, errors = follow.communicate(timeout=250)
+            out, errors = follow.communicate(timeout=250 + 2 * ASSETS)
             self.assertEqual(follow.returncode, 9, out + errors)  # some of the library is broken
             self.assertEqual(cluster.nodes()["node1"], "down*")
         self.expect_as_local()
