@@ -1,6 +1,5 @@
 #include "geometry_hash.h"
 
-#include <algorithm>
 #include <memory>
 
 #include <xxhash.h>
@@ -13,10 +12,7 @@ std::array<uint8_t, 16> geometry_hash(const PreparedMesh& mesh) {
   const uint64_t counts[2] = {mesh.positions.size(), mesh.triangles.size()};
   XXH3_128bits_update(state.get(), counts, sizeof counts);
   XXH3_128bits_update(state.get(), mesh.positions.data(), mesh.positions.size() * sizeof(Position));
-  for (TriangleIndices t : mesh.triangles) {
-    std::sort(t.begin(), t.end());
-    XXH3_128bits_update(state.get(), t.data(), sizeof t);
-  }
+  XXH3_128bits_update(state.get(), mesh.triangles.data(), mesh.triangles.size() * sizeof(TriangleIndices));
   XXH128_canonical_t canonical;
   XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state.get()));
   return std::to_array(canonical.digest);

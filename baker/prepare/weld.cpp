@@ -47,12 +47,6 @@ TriangleIndices ascending(TriangleIndices t) {
   return t;
 }
 
-// Turns the corners round, without changing the winding, until the smallest comes first.
-TriangleIndices smallest_first(TriangleIndices t) {
-  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
-  return t;
-}
-
 }  // namespace
 
 bool has_zero_area(const Position& p, const Position& q, const Position& r) {
@@ -80,14 +74,9 @@ void weld(SourceMesh&& source, PreparedMesh& mesh) {
   const std::vector<uint32_t> remap = sort_positions(source.positions, used, mesh.positions);
   source.positions = {};
   mesh.triangles = std::move(source.triangles);
-  for (TriangleIndices& t : mesh.triangles) t = smallest_first({remap[t[0]], remap[t[1]], remap[t[2]]});
-
-  // By ascending corners; of two windings of one triangle the smaller comes first and is kept.
-  std::sort(mesh.triangles.begin(), mesh.triangles.end(), [](const TriangleIndices& a, const TriangleIndices& b) {
-    return std::pair(ascending(a), a) < std::pair(ascending(b), b);
-  });
-  const auto end = std::unique(mesh.triangles.begin(), mesh.triangles.end(),
-                               [](const auto& a, const auto& b) { return ascending(a) == ascending(b); });
+  for (TriangleIndices& t : mesh.triangles) t = ascending({remap[t[0]], remap[t[1]], remap[t[2]]});
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  const auto end = std::unique(mesh.triangles.begin(), mesh.triangles.end());
   mesh.duplicate_triangles = static_cast<uint64_t>(mesh.triangles.end() - end);
   mesh.triangles.erase(end, mesh.triangles.end());
   mesh.triangles.shrink_to_fit();

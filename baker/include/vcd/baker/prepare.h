@@ -17,7 +17,7 @@ struct PreparedMesh {
   std::string name;
   uint32_t source_index = 0;
   std::vector<Position> positions;         // unique, sorted by x, y, z; no -0; every one is used
-  std::vector<TriangleIndices> triangles;  // smallest index first, winding kept; sorted by their ascending corners
+  std::vector<TriangleIndices> triangles;  // corners ascending, whatever the winding was; sorted
   std::array<float, 3> box_min{};          // padded: spec/vcd-format.md, "Box"
   std::array<float, 3> box_max{};
   std::array<uint8_t, 16> geometry_hash{};  // spec/vcd-format.md, "Geometry hash"
