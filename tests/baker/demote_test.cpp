@@ -137,6 +137,7 @@ void expect_better_than_pruning(const BakedObject& baked, uint32_t depth, uint64
 
 // Bricks only; 16-way blocks; 256-way blocks. Of deep trees some top cells, so that they are soon baked.
 TEST(DemoteMerge, KeepsTheBudgetAndIsSafeAndBetterThanPruning) {
+  if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   const BakedObject shallow = must_bake(sphere(), proven(5));
   for (const auto& [divisor, lost] : {std::pair{2, 0.025}, {4, 0.065}, {8, 0.12}})
     expect_better_than_pruning(shallow, 5, divisor, lost);

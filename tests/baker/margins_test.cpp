@@ -45,6 +45,7 @@ double distance(uint32_t face, uint32_t i, uint32_t j, const std::array<double, 
 }
 
 TEST(Margins, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
+  if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   for (SourceMesh source : {sphere(24, 48), leaves(60), triangle()}) {
     const auto mesh = prepare(std::move(source));
     ASSERT_TRUE(mesh.ok());

@@ -45,6 +45,7 @@ TEST(Plan, ForecastsBytesWithinAFactorOfTwoAndWhatIsResolved) {
 }
 
 TEST(Plan, GoesDeeperWithALargerBudgetAndKeepsIt) {
+  if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   const PreparedMesh mesh = *prepare(sphere());
   uint32_t before = 0;
   for (uint64_t kilobytes : {60, 400, 1500}) {
@@ -60,6 +61,7 @@ TEST(Plan, GoesDeeperWithALargerBudgetAndKeepsIt) {
 }
 
 TEST(Plan, KnowsWhatIsNotWorthIt) {
+  if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   for (const SourceMesh& source : {cube(), triangle()}) {
     const auto baked = bake(*prepare(SourceMesh(source)), automatic());
     ASSERT_TRUE(baked.ok());

@@ -412,6 +412,9 @@ class Reports(Case):
         for text in ("a.obj", "&lt;b&gt;&amp;.obj", "invalid-file", "95 %"):
             self.assertIn(text, page)
         self.assertNotIn("<b>&", page)
+        (self.library / "a.obj").write_text("f 1 2 3\n")
+        self.bake(self.library, "-q", "--report", self.folder / "r", code=9)
+        self.assertRegex((self.folder / "r.html").read_text(), r"<td>line 1: [^<]* \(an older sidecar is in place, [^<]*before[^<]*\)</td>")
         events = [json.loads(line) for line in (self.folder / "e").read_text().splitlines()]
         self.assertEqual([e["event"] for e in events].count("ended"), 2)
         self.assertEqual((events[0]["event"], events[-1]["event"]), ("run-started", "run-ended"))

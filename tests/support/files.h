@@ -28,6 +28,8 @@ inline constexpr bool kSanitized = __has_feature(address_sanitizer) || __has_fea
 #else
 inline constexpr bool kSanitized = false;
 #endif
+// Why some tests are skipped with sanitizers.
+inline constexpr const char* kOnceIsEnough = "long, and about figures: shorter tests run the same code";
 
 class TemporaryFolder {
  public:
