@@ -129,6 +129,7 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--max-wrong", check.max_wrong,
                  "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: "
                  "0.001).\n"
+                 "Refused is what has more with 95 % confidence, so more lines tell closer.\n"
                  "A wrong proven answer is never accepted")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");

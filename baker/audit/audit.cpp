@@ -112,19 +112,30 @@ std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, ui
   return segments;
 }
 
-double upper_bound_95(uint64_t wrong, uint64_t all) {
-  if (all == 0) return 1;
-  // The largest Poisson mean under which seeing `wrong` or fewer still has probability 5 %, by bisection.
+namespace {
+
+// The Poisson mean under which seeing `most` or fewer has this probability, by bisection.
+double mean_of_at_most(uint64_t most, double probability) {
   const auto probability_of_so_few = [&](double mean) {
     double sum = 0;
-    for (uint64_t k = 0; k <= wrong; ++k)
+    for (uint64_t k = 0; k <= most; ++k)
       sum += std::exp(static_cast<double>(k) * std::log(mean) - mean - std::lgamma(static_cast<double>(k) + 1));
     return sum;
   };
-  const double seen = static_cast<double>(wrong);
-  double low = seen + 1e-9, high = seen + 10 + 5 * std::sqrt(seen + 1);
-  for (int i = 0; i < 60; ++i) (probability_of_so_few((low + high) / 2) > 0.05 ? low : high) = (low + high) / 2;
-  return std::min(1.0, high / static_cast<double>(all));
+  const double around = static_cast<double>(most) + 1, reach = 10 + 5 * std::sqrt(around);
+  double low = std::max(1e-9, around - reach), high = around + reach;
+  for (int i = 0; i < 60; ++i) (probability_of_so_few((low + high) / 2) > probability ? low : high) = (low + high) / 2;
+  return high;
+}
+
+}  // namespace
+
+double upper_bound_95(uint64_t wrong, uint64_t all) {
+  return all == 0 ? 1 : std::min(1.0, mean_of_at_most(wrong, 0.05) / static_cast<double>(all));
+}
+
+double lower_bound_95(uint64_t wrong, uint64_t all) {
+  return wrong == 0 ? 0 : mean_of_at_most(wrong - 1, 0.95) / static_cast<double>(all);
 }
 
 }  // namespace vcd

@@ -226,6 +226,11 @@ TEST(Audit, BoundsARate) {
   EXPECT_NEAR(upper_bound_95(0, 1000000), 2.9957e-6, 1e-9);  // ln 20
   EXPECT_NEAR(upper_bound_95(10, 1000), 16.962e-3, 1e-5);    // half the chi-square quantile of 22 degrees
   EXPECT_EQ(upper_bound_95(0, 0), 1);
+  EXPECT_NEAR(lower_bound_95(1, 1000), 5.1293e-5, 1e-9);   // -ln 0.95
+  EXPECT_NEAR(lower_bound_95(10, 1000), 5.4254e-3, 1e-7);  // half the chi-square quantile of 20 degrees
+  EXPECT_EQ(lower_bound_95(0, 1000), 0);
+  EXPECT_EQ(lower_bound_95(0, 0), 0);
+  EXPECT_NEAR(lower_bound_95(100000, 1000000), 0.1, 6e-4);
 }
 
 }  // namespace

@@ -319,6 +319,16 @@ class Verify(Case):
         self.assertIn("the sidecar says", replayed.stdout)
         self.run_program("vc-verify", sidecar, "--against", mesh, "--segment=1,2,3", code=1)
 
+    def test_a_rate_is_refused_only_when_chance_does_not_explain_it(self):
+        mesh, sidecar = self.baked("--depth", "4", text=soup(40), name="soup.obj")
+        arguments = ("vc-verify", sidecar, "--against", mesh, "--lines", 30000)
+        audit = json.loads(self.run_program(*arguments, "--format", "json").stdout)["files"][0]["objects"][0]["audit"]["undirected"]
+        rate = audit["wrong_rate"]
+        self.assertGreater(rate * audit["segments"], 20)
+        self.run_program(*arguments, "--max-wrong", 0.95 * rate)
+        refused = self.run_program(*arguments, "--max-wrong", 0.5 * rate, code=7).stderr
+        self.assertIn("95 % sure", refused)
+
     def test_findings_table(self):
         self.assertIn("tree-index", self.run_program("vc-verify", "--list-findings").stdout)
 

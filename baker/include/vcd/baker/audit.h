@@ -68,7 +68,8 @@ AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answer
 // `count` segments of one kind, as an audit draws them.
 std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, uint64_t seed, uint64_t count);
 
-// Upper end of the one-sided 95 % confidence interval of a rate of which `wrong` of `all` were seen (Poisson, exact).
+// Ends of the one-sided 95 % confidence intervals of a rate of which `wrong` of `all` were seen (Poisson, exact).
 double upper_bound_95(uint64_t wrong, uint64_t all);
+double lower_bound_95(uint64_t wrong, uint64_t all);
 
 }  // namespace vcd
