@@ -35,7 +35,7 @@ void append_branch(Mesh& mesh, double height, double turn, double reach, Random&
   const Double3 out = {t.cos, 0, t.sin}, aside = {-t.sin, 0, t.cos};
   const double relative = height / kHeight;
   const double rise = 0.75 * relative - 0.42 + random.uniform(-0.08, 0.08);  // slope at the trunk
-  const double upturn = 0.28 * (1 - relative);                              // of the end
+  const double upturn = 0.28 * (1 - relative);                               // of the end
   const double bend = random.uniform(-0.1, 0.1);
   const auto at = [&](double u) {
     return Double3{0, height, 0} + (reach * u) * out + (reach * (rise * u + upturn * u * u * u)) * kUp +

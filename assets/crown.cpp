@@ -21,8 +21,8 @@ std::vector<Attractor> scatter(const CrownShape& shape, uint32_t points, Random&
     const double h = random.uniform(), x = random.uniform(-1, 1), z = random.uniform(-1, 1);
     const double radius = shape.profile(h);
     if (x * x + z * z > radius * radius) continue;
-    attractors.push_back({{x * shape.crown_radius, shape.crown_base + h * (shape.height - shape.crown_base),
-                           z * shape.crown_radius}});
+    attractors.push_back(
+        {{x * shape.crown_radius, shape.crown_base + h * (shape.height - shape.crown_base), z * shape.crown_radius}});
   }
   return attractors;
 }

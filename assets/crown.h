@@ -10,8 +10,8 @@ namespace vcd::scenes {
 
 struct BranchNode {
   Double3 at;
-  uint32_t parent;      // comes before its children; a root is its own parent
-  double radius = 0;    // of the branch from here outwards
+  uint32_t parent;        // comes before its children; a root is its own parent
+  double radius = 0;      // of the branch from here outwards
   uint32_t thickest = 0;  // the child that carries the branch on; itself at a tip
 };
 
@@ -21,8 +21,8 @@ struct CrownShape {
   uint32_t stems;             // trunks that rise from the root
   double stem_spread;         // how far from upright they stand, in turns
   double rise;                // how strongly branches turn upwards; below 0, downwards
-  double tip_radius;          // of the thinnest twigs; a branch's cross-section is the sum of its twigs' (Leonardo's rule)
-  double step;                // length of a branch segment
+  double tip_radius;  // of the thinnest twigs; a branch's cross-section is the sum of its twigs' (Leonardo's rule)
+  double step;        // length of a branch segment
 };
 
 // At most 4 nodes for a point and 64 more.

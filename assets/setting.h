@@ -15,9 +15,9 @@ Box bounds(const Scene& scene);  // of all instances, in the world; about the or
 
 // From where the camera looks at an object.
 struct View {
-  double turn = 0.07;         // about y, in turns: 0 is from the front (+z), to the right if positive
-  double elevation = 0.066;   // above the horizon, in turns
-  double fill = 0.74;         // how much of the picture the object may take, across or along
+  double turn = 0.07;        // about y, in turns: 0 is from the front (+z), to the right if positive
+  double elevation = 0.066;  // above the horizon, in turns
+  double fill = 0.74;        // how much of the picture the object may take, across or along
 };
 
 // Sets ground, lights and camera from what the instances occupy: the ground at the lowest point, exactly.

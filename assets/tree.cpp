@@ -14,8 +14,8 @@ namespace {
 struct LeafySpecies {
   CrownShape shape;
   double leaf_length, leaf_width, leaf_fold;  // of a tree with kUsualLeaves
-  double leaf_lean;   // from the twig, in turns
-  double leaf_droop;  // how strongly leaves hang
+  double leaf_lean;                           // from the twig, in turns
+  double leaf_droop;                          // how strongly leaves hang
 };
 constexpr double kUsualLeaves = 8000;
 

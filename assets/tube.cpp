@@ -9,7 +9,8 @@ Double3 direction_at(std::span<const PathPoint> path, size_t i) {
   return dot(chord, chord) > 0 ? unit(chord) : unit(path[i].at - path[before].at);  // a path that turns right back
 }
 
-// Carries `side` on to the next ring with as little turning about the axis as possible, so that the tube does not twist.
+// Carries `side` on to the next ring with as little turning about the axis as possible, so that the tube does not
+// twist.
 Double3 carried(Double3 side, Double3 axis) {
   const Double3 flat = side - dot(side, axis) * axis;
   return dot(flat, flat) > 1e-6 ? unit(flat) : across(axis).side;

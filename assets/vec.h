@@ -81,9 +81,7 @@ inline Vec3 on_grid(Double3 p) {
   return {round(p.x), round(p.y), round(p.z)};
 }
 
-inline Vec3 to_float(Double3 p) {
-  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
-}
+inline Vec3 to_float(Double3 p) { return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}; }
 inline Double3 to_double(const Vec3& p) { return {p[0], p[1], p[2]}; }
 
 }  // namespace vcd::scenes

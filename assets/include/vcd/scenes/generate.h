@@ -15,7 +15,8 @@ Scene sierpinski(uint32_t level = 8);
 
 // A ball of curled hair in the manner of Laine's hairball (Laine and Karras 2010), about 1 in radius: strands grow from
 // a small core outwards, each a bent, tapering tube with open ends: strands · 2 · sides · segments triangles.
-// Throws std::length_error where 32-bit indices cannot name all positions: beyond 28 million strands like the default's.
+// Throws std::length_error where 32-bit indices cannot name all positions: beyond 28 million strands like the
+// default's.
 struct HairballOptions {
   uint32_t strands = 10000;  // with the defaults, 2.88 million triangles
   uint32_t segments = 24;    // along a strand, at least 1

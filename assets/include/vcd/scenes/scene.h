@@ -1,7 +1,8 @@
 // What is drawn: meshes, where they stand, the ground, the camera and the lights. The setting of Billen and Dutré 2016,
 // section 4: objects on a ground plane under area lights.
 //
-// One world frame for all: y points up, units are the scene's own (about a metre), right-handed, colours are linear RGB.
+// One world frame for all: y points up, units are the scene's own (about a metre), right-handed, colours are linear
+// RGB.
 #pragma once
 
 #include <array>
@@ -14,10 +15,10 @@ namespace vcd::scenes {
 using Vec3 = std::array<float, 3>;
 
 struct Mesh {
-  std::string name;                               // unique in its scene, ASCII
-  std::vector<Vec3> positions;                    // in the mesh's own frame
+  std::string name;                                // unique in its scene, ASCII
+  std::vector<Vec3> positions;                     // in the mesh's own frame
   std::vector<std::array<uint32_t, 3>> triangles;  // into positions, counter-clockwise seen from outside
-  Vec3 colour{0.7f, 0.7f, 0.7f};                  // diffuse reflectance, 0 … 1
+  Vec3 colour{0.7f, 0.7f, 0.7f};                   // diffuse reflectance, 0 … 1
 };
 
 // Row-major 3 × 4: world = rotation and scale (columns 0 … 2) · mesh + translation (column 3).
@@ -36,7 +37,7 @@ struct AreaLight {
 };
 
 struct Camera {
-  Vec3 position, target;             // looks from one to the other, y up
+  Vec3 position, target;  // looks from one to the other, y up
   float vertical_fov_degrees = 35;
 };
 
