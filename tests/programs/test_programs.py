@@ -322,9 +322,11 @@ class Verify(Case):
     def test_a_rate_is_refused_only_when_chance_does_not_explain_it(self):
         mesh, sidecar = self.baked("--depth", "4", text=soup(40), name="soup.obj")
         arguments = ("vc-verify", sidecar, "--against", mesh, "--lines", 30000)
-        audit = json.loads(self.run_program(*arguments, "--format", "json").stdout)["files"][0]["objects"][0]["audit"]["undirected"]
-        rate = audit["wrong_rate"]
-        self.assertGreater(rate * audit["segments"], 20)
+        checked = json.loads(self.run_program(*arguments, "--format", "json").stdout)["files"][0]["objects"][0]
+        undirected = checked["audit"]["undirected"]
+        rate = undirected["wrong_rate"]
+        self.assertGreater(rate * undirected["segments"], 20)
+        self.assertTrue(0.5 * rate < checked["wrong_rate_at_least"] < 0.95 * rate)
         self.run_program(*arguments, "--max-wrong", 0.95 * rate)
         refused = self.run_program(*arguments, "--max-wrong", 0.5 * rate, code=7).stderr
         self.assertIn("95 % sure", refused)

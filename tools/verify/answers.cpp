@@ -57,6 +57,7 @@ void audit_object(const Answering& answering, const PreparedMesh& mesh, const st
   const double rate = lower_bound_95(undirected.all_wrong(), undirected.segments);
   const double allowed = options.max_wrong >= 0 ? options.max_wrong : allowed_wrong(answering.all.record());
   json["audit"] = describe_audit(report);
+  json["wrong_rate_at_least"] = rate;
   json["allowed_wrong_rate"] = allowed;
   outcome.text += shown(outcome.path) + ": " + place + "\n" + audit_summary(report);
   list_contradictions(report, undirected.all_wrong() + aimed.all_wrong(), outcome, json);
