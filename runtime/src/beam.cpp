@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <limits>
 
 namespace vcd {
 namespace {
@@ -17,16 +19,6 @@ double dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2]
 constexpr float kFarthestBeam = 0x1p14f;
 
 }  // namespace
-
-// False for anything that is not finite, too.
-bool near_enough(const GridFrame& frame, const BeamFrame& beam) {
-  float distance = 0, size = 0;
-  for (int a = 0; a < 3; ++a) {
-    distance += std::abs(to_grid(frame, a, beam.origin[a]));
-    size += (std::abs(beam.corner[a]) + std::abs(beam.edge_u[a]) + std::abs(beam.edge_v[a])) * frame.scale[a];
-  }
-  return distance <= kFarthestBeam && size <= kFarthestBeam;
-}
 
 BeamFrame beam_frame(const QuadBundle& b) {
   BeamFrame beam{};
@@ -83,14 +75,41 @@ void pad(BundleChunk& chunk) {
   chunk.u = chunk.own_u, chunk.v = chunk.own_v;
 }
 
+// count: a multiple of kRun. Eight at a time, for compilers to do together.
+Extent extent_of(const float* values, size_t count) {
+  constexpr size_t kTogether = 8;
+  static_assert(kRun % kTogether == 0);
+  float low[kTogether], high[kTogether];
+  int32_t doubtful[kTogether] = {};
+  std::copy_n(values, kTogether, low);
+  std::copy_n(values, kTogether, high);
+  for (size_t i = 0; i < count; i += kTogether)
+    for (size_t k = 0; k < kTogether; ++k) {
+      const float x = values[i + k];
+      low[k] = x < low[k] ? x : low[k];
+      high[k] = x > high[k] ? x : high[k];
+      doubtful[k] |= -int32_t{std::isnan(x)};
+    }
+  if (std::any_of(std::begin(doubtful), std::end(doubtful), [](int32_t d) { return d != 0; }))
+    return {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN()};
+  return {*std::min_element(low, low + kTogether), *std::max_element(high, high + kTogether)};
+}
+
+void measure(BundleChunk& chunk) {
+  chunk.u_extent = extent_of(chunk.u, chunk.runs() * kRun);
+  chunk.v_extent = extent_of(chunk.v, chunk.runs() * kRun);
+}
+
 }  // namespace
 
 void place(const QuadBundle& bundle, const BeamFrame&, BundleChunk& chunk) {
   chunk.u = bundle.u.data() + chunk.first, chunk.v = bundle.v.data() + chunk.first;
-  if (chunk.count % kRun == 0) return;
-  std::copy_n(chunk.u, chunk.count, chunk.own_u);
-  std::copy_n(chunk.v, chunk.count, chunk.own_v);
-  pad(chunk);
+  if (chunk.count % kRun != 0) {
+    std::copy_n(chunk.u, chunk.count, chunk.own_u);
+    std::copy_n(chunk.v, chunk.count, chunk.own_v);
+    pad(chunk);
+  }
+  measure(chunk);
 }
 
 // Where the segments cross the square before the sphere.
@@ -105,9 +124,20 @@ void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chun
     chunk.own_v[i] = along(frame.to_v) * scale + 0.5f;
   }
   pad(chunk);
+  measure(chunk);
 }
 
-bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], const float v[2]) {
+bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk) {
+  float distance = 0, size = 0;
+  for (int a = 0; a < 3; ++a) {
+    distance += std::abs(to_grid(frame, a, beam.origin[a]));
+    size += size_of(beam, chunk, a) * frame.scale[a];
+  }
+  return distance <= kFarthestBeam && size <= kFarthestBeam;
+}
+
+bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk) {
+  const Extent u = chunk.u_extent, v = chunk.v_extent;
   constexpr double kSize = kGrid;
   Vec origin;
   std::array<Vec, 4> ray;  // round the parallelogram, in grid units
@@ -116,7 +146,8 @@ bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], con
     origin[a] = (double{beam.origin[a]} - double{frame.min[a]}) * scale;
     for (size_t c = 0; c < 4; ++c)
       ray[c][a] =
-          scale * (beam.corner[a] + double{u[c == 1 || c == 2]} * beam.edge_u[a] + double{v[c >= 2]} * beam.edge_v[a]);
+          scale * (beam.corner[a] + double{c == 1 || c == 2 ? u.high : u.low} * beam.edge_u[a] +
+                   double{c >= 2 ? v.high : v.low} * beam.edge_v[a]);
   }
   // All on the outer side of one face of the box.
   for (size_t a = 0; a < 3; ++a) {

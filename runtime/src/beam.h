@@ -1,6 +1,8 @@
 // The beam from one point through a parallelogram: what decides for a bundle as a whole. See spec/design.md, "Bundles".
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -25,19 +27,20 @@ struct BeamFrame {
 BeamFrame beam_frame(const QuadBundle& bundle);
 BeamFrame beam_frame(const SphereBundle& bundle);  // not usable from in or close to the sphere
 
-// Whether rounding in this object's grid stays well below the guard band.
-bool near_enough(const GridFrame& frame, const BeamFrame& beam);
-
-// True only if no segment through u, v within these ranges meets the object.
-bool misses(const GridFrame& frame, const BeamFrame& beam, const float u[2], const float v[2]);
-
 // Samples that are decided together, and how many of a bundle are worked on at once.
 inline constexpr size_t kRun = 16, kBundleChunk = 256, kRuns = kBundleChunk / kRun;
+
+// The least and the greatest of some floats. Both are NaN if one of them is.
+struct Extent {
+  float low, high;
+  float most() const { return std::max(std::abs(low), std::abs(high)); }
+};
 
 // Some of a bundle's samples, by their place on the parallelogram.
 struct BundleChunk {
   size_t first, count;  // first: a multiple of kBundleChunk
   const float *u, *v;   // count of them, and the last again up to a whole run
+  Extent u_extent, v_extent;
   alignas(64) float own_u[kBundleChunk], own_v[kBundleChunk];
 
   size_t runs() const { return (count + kRun - 1) / kRun; }
@@ -45,5 +48,17 @@ struct BundleChunk {
 };
 void place(const QuadBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
+
+// How large the numbers are, on one axis, of which a chunk's directions are made. Not finite if a direction is not.
+inline float size_of(const BeamFrame& beam, const BundleChunk& chunk, int axis) {
+  return std::abs(beam.corner[axis]) + chunk.u_extent.most() * std::abs(beam.edge_u[axis]) +
+         chunk.v_extent.most() * std::abs(beam.edge_v[axis]);
+}
+
+// Whether rounding in this object's grid stays well below the guard band. False if anything is not finite.
+bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk);
+
+// True only if none of the segments meets the object, which is near enough.
+bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk);
 
 }  // namespace vcd

@@ -56,17 +56,6 @@ struct RunsAsArrays {
   }
 };
 
-// count: a multiple of kRun.
-HWY_INLINE void bounds_of(const float* values, size_t count, float (&bounds)[2]) {
-  Floats low = hn::LoadU(F(), values), high = low;
-  for (size_t i = kWidth; i < count; i += kWidth) {
-    low = hn::Min(low, hn::LoadU(F(), values + i));
-    high = hn::Max(high, hn::LoadU(F(), values + i));
-  }
-  bounds[0] = hn::GetLane(hn::MinOfLanes(F(), low));
-  bounds[1] = hn::GetLane(hn::MaxOfLanes(F(), high));
-}
-
 // Bit i: whether answer i has this bit.
 HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
   const hn::FixedTag<uint8_t, kRun> bytes;
@@ -77,12 +66,14 @@ HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
   return static_cast<uint64_t>(bits[0] | bits[1] << 8);
 }
 
-// What all lines through a rectangle of the beam's parallelogram have in common.
+// What all lines through the chunk's part of the beam's parallelogram have in common.
 template <class Grid>
-HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const float (&u_bounds)[2],
-                                 const float (&v_bounds)[2]) {
+HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk) {
   HWY_ALIGN float u[kWidth], v[kWidth];
-  for (size_t c = 0; c < kWidth; ++c) u[c] = u_bounds[c & 1], v[c] = v_bounds[c >> 1 & 1];
+  for (size_t c = 0; c < kWidth; ++c) {
+    u[c] = c & 1 ? chunk.u_extent.high : chunk.u_extent.low;
+    v[c] = c >> 1 & 1 ? chunk.v_extent.high : chunk.v_extent.low;
+  }
   const Floats cu = hn::Load(F(), u), cv = hn::Load(F(), v);
   Lanes lanes;
   for (int a = 0; a < 3; ++a) {
@@ -142,13 +133,13 @@ struct PlacedGrid {
   }
 };
 
-// Those runs whose bit in `live` is set; answers of the others stay as they are. blocked, open: the chunk's.
+// Those runs whose bit in `live` is set; answers of the others stay as they are. as_beam: the object is near enough.
+// blocked, open: the chunk's.
 template <class Grid, class Directions>
 HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
-                                  const float (&u_bounds)[2], const float (&v_bounds)[2], const Directions& directions,
-                                  uint64_t* blocked, uint64_t* open) {
-  if (frame.usable) {
-    const Visibility found = beam_class(grid, frame, u_bounds, v_bounds);
+                                  bool as_beam, const Directions& directions, uint64_t* blocked, uint64_t* open) {
+  if (as_beam) {
+    const Visibility found = beam_class(grid, frame, chunk);
     if (found == Visibility::clear) return;
     if (found == Visibility::blocked) {
       for (size_t r = 0; r < chunk.runs(); ++r)
@@ -181,18 +172,15 @@ inline constexpr uint32_t kAllRuns = (uint32_t{1} << kRuns) - 1;
 template <class Bundle>
 void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
   clear_bits(bundle.size(), blocked, open);
-  BeamFrame frame = beam_frame(bundle);
-  frame.usable = frame.usable && near_enough(data.frame, frame);
+  const BeamFrame frame = beam_frame(bundle);
   BundleChunk chunk;
   for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kBundleChunk) {
     chunk.count = std::min(kBundleChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
-    float u[2], v[2];
-    bounds_of(chunk.u, chunk.runs() * kRun, u);
-    bounds_of(chunk.v, chunk.runs() * kRun, v);
-    if (frame.usable && misses(data.frame, frame, u, v)) continue;
+    const bool as_beam = frame.usable && near_enough(data.frame, frame, chunk);
+    if (as_beam && misses(data.frame, frame, chunk)) continue;
     classify_chunk_of(
-        OwnGrid{data}, frame, chunk, kAllRuns, u, v,
+        OwnGrid{data}, frame, chunk, kAllRuns, as_beam,
         [&](size_t at, float* const(&into)[3]) HWY_ATTR { directions_of(bundle, frame, chunk, at, into); },
         blocked + chunk.first / 64, open + chunk.first / 64);
   }
@@ -201,11 +189,8 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
 // One instance of a scene that is near enough. directions: of all the chunk's segments, whole runs of them.
 void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk,
                       uint32_t live, const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
-  float u[2], v[2];
-  bounds_of(chunk.u, chunk.runs() * kRun, u);
-  bounds_of(chunk.v, chunk.runs() * kRun, v);
   classify_chunk_of(
-      PlacedGrid{data, grid}, frame, chunk, live, u, v,
+      PlacedGrid{data, grid}, frame, chunk, live, true,
       [&](size_t at, float* const(&into)[3]) HWY_ATTR {
         for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
       },

@@ -173,8 +173,9 @@ HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, cons
   const Floats way = hn::Sub(lines.exit, lines.entry);
   const Floats at_entry = hn::IfThenElse(lines.swapped, at_high, at_low),
                at_exit = hn::IfThenElse(lines.swapped, at_low, at_high);
-  return hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)),
-                 hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way)));
+  return hn::And(hn::Lt(lanes.t_min, lanes.t_max),
+                 hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)),
+                         hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way))));
 }
 
 template <uint32_t kDepth>

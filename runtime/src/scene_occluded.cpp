@@ -164,20 +164,19 @@ class Chunk {
     trace_open();
   }
 
+  // The frame is usable, the chunk placed and finite.
   template <class Bundle>
-  void run(const Bundle& bundle, const BeamFrame& frame, BundleChunk& chunk) {
+  void run(const Bundle& bundle, const BeamFrame& frame, const BundleChunk& chunk) {
     start(chunk.count, chunk.first);
-    place(bundle, frame, chunk);
     columns_.set(bundle, chunk);
     const uint32_t own = origin_of(0);
     if (own != kNoInstance) leave_open(own, all_), trace_open();
-    const Extent u = extent_of(chunk.u), v = extent_of(chunk.v);
-    walk(beam_of(frame, u, v), [&](uint32_t instance) {
+    walk(beam_of(frame, chunk), [&](uint32_t instance) {
       if (instance == own) return;
       const ObjectData* object = scene_.data.objects[instance];
       const ToGrid& grid = scene_.data.to_grid[instance];
       Bits open = live();
-      if (object && near_enough(grid, frame, u, v)) {
+      if (object && near_enough(grid, frame, chunk)) {
         Bits blocked{};
         open = {};
         const float* const directions[3] = {columns_.direction[0], columns_.direction[1], columns_.direction[2]};
@@ -196,15 +195,6 @@ class Chunk {
   }
 
  private:
-  struct Extent {
-    float low, high;
-    float most() const { return std::max(std::abs(low), std::abs(high)); }
-  };
-  Extent extent_of(const float* values) const {
-    const auto [low, high] = std::minmax_element(values, values + count_);
-    return {*low, *high};
-  }
-
   void start(size_t count, size_t first) {
     count_ = count, first_ = first;
     all_ = first_bits(count);
@@ -286,14 +276,14 @@ class Chunk {
     }
   }
 
-  SceneBeam beam_of(const BeamFrame& frame, Extent u, Extent v) const {
+  static SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
+    const Extent u = chunk.u_extent, v = chunk.v_extent;
     SceneBeam beam;
     for (int a = 0; a < 3; ++a) {
       const float ends[4] = {u.low * frame.edge_u[a], u.high * frame.edge_u[a], v.low * frame.edge_v[a],
                              v.high * frame.edge_v[a]};
       // Rounding of the directions, and of u and v where they were computed.
-      const float slack = kBoxSlack * (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) +
-                                       v.most() * std::abs(frame.edge_v[a]));
+      const float slack = kBoxSlack * size_of(frame, chunk, a);
       beam.origin_low[a] = beam.origin_high[a] = frame.origin[a];
       set_bound(frame.corner[a] + std::min(ends[0], ends[1]) + std::min(ends[2], ends[3]) - slack, beam.inverse_low[a]);
       set_bound(frame.corner[a] + std::max(ends[0], ends[1]) + std::max(ends[2], ends[3]) + slack,
@@ -304,11 +294,9 @@ class Chunk {
   }
 
   // What rounding of the segments' directions does in an instance's grid.
-  static bool near_enough(const ToGrid& grid, const BeamFrame& frame, Extent u, Extent v) {
+  static bool near_enough(const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk) {
     float sum = 0;
-    for (int a = 0; a < 3; ++a)
-      sum += grid.column[a][3] *
-             (std::abs(frame.corner[a]) + u.most() * std::abs(frame.edge_u[a]) + v.most() * std::abs(frame.edge_v[a]));
+    for (int a = 0; a < 3; ++a) sum += grid.column[a][3] * size_of(frame, chunk, a);
     return sum * static_cast<float>(frame.reach) <= kFarthestReach;
   }
 
@@ -406,6 +394,13 @@ class Chunk {
   Columns columns_;
 };
 
+// Twice the size, for what is computed of it.
+bool is_finite(const BeamFrame& frame, const BundleChunk& chunk) {
+  float sum = 0;
+  for (int a = 0; a < 3; ++a) sum += std::abs(frame.origin[a]) + 2 * size_of(frame, chunk, a);
+  return std::isfinite(sum);
+}
+
 template <class Bundle>
 void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuery& query, const TraceOpen* trace,
                 std::span<uint64_t> blocked, std::span<uint64_t> open) {
@@ -414,7 +409,8 @@ void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuer
   BundleChunk samples;
   for (samples.first = 0; samples.first < bundle.size(); samples.first += kBundleChunk) {
     samples.count = std::min(kBundleChunk, bundle.size() - samples.first);
-    if (frame.usable) {
+    place(bundle, frame, samples);
+    if (frame.usable && is_finite(frame, samples)) {
       chunk.run(bundle, frame, samples);
     } else {
       std::array<Segment, kBundleChunk> segments;

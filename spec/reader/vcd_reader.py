@@ -532,7 +532,7 @@ def covers(margins, cell, t_entry, t_exit, swapped, t_min, t_max):
     at_entry, at_exit = reversed(ends) if swapped else ends
     way = f32(t_exit - t_entry)
     late, early = (f32(a - b) if math.isfinite(a - b) else a - b for a, b in ((t_min, t_entry), (t_exit, t_max)))
-    return late <= f32(at_entry * way) and early <= f32(at_exit * way)
+    return t_min < t_max and late <= f32(at_entry * way) and early <= f32(at_exit * way)
 
 
 def classify(record, tree, origin, t_min, direction, t_max, margins=None):

@@ -118,6 +118,29 @@ TEST(Margins, LetSegmentsBeginAndEndInThem) {
   }
 }
 
+// As no mesh has them, but a file may.
+TEST(Margins, ThatOverlapNeverBlockAnEmptySegment) {
+  const BakedObject baked = must_bake(sphere(), quick(3));
+  const std::vector<uint8_t> margins(kMarginBytes, 200);
+  SidecarToWrite contents;
+  contents.objects = {baked.to_write()};
+  contents.objects[0].margins = std::as_bytes(std::span(margins));
+  const auto bytes = sidecar_bytes(contents);
+  for (const std::string& kernel : kernels()) {
+    OpenOptions open;
+    open.kernel = kernel;
+    const auto sidecar = Sidecar::open_buffer(Bytes{bytes->data.get(), bytes->size}, open);
+    std::vector<Segment> segments(64, {{0.1f, 0.1f, -1}, 1, {0, 0, 1}, 1.001f});  // pierces the sphere's middle
+    for (size_t i = 1; i < segments.size(); i += 2) segments[i].t_max = segments[i].t_min;
+    std::vector<Visibility> answers(segments.size());
+    sidecar->object(0).classify(segments, answers);
+    for (size_t i = 0; i < segments.size(); ++i) {
+      EXPECT_EQ(answers[i], i % 2 ? Visibility::unclassified : Visibility::blocked) << kernel;
+      EXPECT_EQ(answers[i], sidecar->object(0).classify(segments[i])) << kernel;
+    }
+  }
+}
+
 TEST(Margins, AreOnlyKeptWhereSomethingIsBlocked) {
   EXPECT_EQ(must_bake(sphere(), quick(3)).tree().margins != nullptr, true);
   BakeOptions options;

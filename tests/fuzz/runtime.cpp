@@ -84,15 +84,13 @@ bool neighbour_says(const Object& object, const Segment& s, Answer answer) {
   return false;
 }
 
-// What single look-ups say, or more where they say nothing: a segment too short to be looked up, or within rounding of
-// a border.
+// What single look-ups say, or more where they say nothing: a segment too short or too long to be looked up, or within
+// rounding of a border.
 void require_as_alone(const Object& object, const QuadBundle& bundle, const Bits& bits) {
-  const auto finite = [](float x) { return std::isfinite(x); };
-  if (!std::ranges::all_of(bundle.u, finite) || !std::ranges::all_of(bundle.v, finite)) return;
   for (size_t i = 0; i < bundle.size(); ++i) {
     const Segment s = segment_of(bundle, i);
     const Answer alone = object.classify(s), together = bits[i];
-    if (!is_finite(s.origin) || !is_finite(s.direction))
+    if (!test::is_finite(s))
       require(together == Answer::unclassified, "12: what is not finite is unclassified, in bundles too");
     require(together != Answer::unclassified || alone == together, "a bundle answers all that single look-ups answer");
     require(together == alone || alone == Answer::unclassified || neighbour_says(object, s, together),

@@ -10,12 +10,11 @@
 
 #include "format/reference_line_cell.h"
 #include "fuzz/fuzz.h"
+#include "support/segments.h"
 
 namespace vcd::fuzz {
 
 using Answer = Visibility;
-
-inline bool is_finite(const float (&v)[3]) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 
 // The answer by the spec's text, from the plain twin of the line → cell map.
 inline Answer plain_answer(const ObjectContents& object, const Segment& s, bool proven_only) {
@@ -41,7 +40,7 @@ inline void require_answer(const ObjectContents& object, const Segment& s, Answe
   const Answer plain = plain_answer(object, s, proven_only);
   require(answer == plain || (!counts_are_right && answer == Answer::unclassified),
           "the answer is that of the spec's text");
-  if (!is_finite(s.origin) || !is_finite(s.direction))
+  if (!test::is_finite(s))
     require(answer == Answer::unclassified, "12: a NaN or an infinity in origin or direction gives unclassified");
   if (s.direction[0] == 0 && s.direction[1] == 0 && s.direction[2] == 0)
     require(answer == Answer::unclassified, "13: a direction of zero length gives unclassified");

@@ -17,6 +17,7 @@
 #include "support/files.h"
 #include "support/meshes.h"
 #include "support/random.h"
+#include "support/segments.h"
 
 namespace vcd::test {
 namespace {
@@ -464,6 +465,39 @@ TEST(Scene, AnswersBundlesWithTheCallersHelp) {
     }
     EXPECT_LT(segments_asked, 2 * all);
     EXPECT_GT(looked_up, all / 3);
+  }
+}
+
+// One sample that is none, or is far out, harms none of the others.
+TEST(Scene, TakesBundlesOfAnyFloats) {
+  const Forest forest(12, kSpread, 0, 3);
+  constexpr float kOdd[] = {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e38f,
+                            -3e38f};
+  for (const std::string& kernel : kernels()) {
+    const auto scene = Scene::build(forest.instances, kernel);
+    FloatRandom random(23);
+    uint64_t answered = 0, not_finite = 0;
+    for (int k = 0; k < (kSanitized ? 20 : 300); ++k) {
+      SceneLight light(random, 128, kSpread);
+      light.u[random.below(128)] = kOdd[random.below(4)], light.v[random.below(128)] = kOdd[random.below(4)];
+      if (random.below(8) == 0) light.quad.origin[random.below(3)] = kOdd[random.below(2)];
+      std::vector<uint64_t> blocked(2), open(2);
+      scene->classify(light.quad, blocked, open);
+      for (size_t i = 0; i < 128; ++i) {
+        const Segment segment = segment_of(light.quad, i);
+        const Visibility alone = scene->classify(segment);
+        const bool is_open = open[i / 64] >> i % 64 & 1, is_blocked = blocked[i / 64] >> i % 64 & 1;
+        if (!is_finite(segment)) {
+          ++not_finite;
+          EXPECT_TRUE(is_open) << kernel;
+        } else if (!is_open && alone != Visibility::unclassified) {
+          ++answered;
+          EXPECT_EQ(is_blocked, alone == Visibility::blocked) << kernel;
+        }
+      }
+    }
+    EXPECT_GT(not_finite, kSanitized ? 20u : 300u);
+    EXPECT_GT(answered, kSanitized ? 100u : 3000u);
   }
 }
 

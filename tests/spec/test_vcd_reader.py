@@ -486,6 +486,9 @@ class Classify(unittest.TestCase):
         self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 252.0), 1)  # ends there
         self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 251.9), 2)
         self.assertEqual(ask_with_margins((250.0, 10.0, 20.0), (-1.0, -0.0, 0.0)), 2)  # no margin at face 1
+        margins[16 * 0 + 1] = margins[256 + 16 * 0 + 1] = 200                       # no mesh has these: they overlap
+        self.assertEqual(ask_with_margins((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 101.0), 1)
+        self.assertEqual(ask_with_margins((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 100.0), 2)  # nothing is in an empty interval
 
         self.assertEqual(ask((-1.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)
         self.assertEqual(ask((-1.0, 200.0, 20.0), (1.0, 0.0, 0.0)), 0)

@@ -106,13 +106,13 @@ inline uint32_t margin_square(uint32_t face, uint32_t first, uint32_t second) {
 }
 
 // Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is
-// nothing.
+// nothing. Never an empty segment, even where a file says of margins that they overlap, as no mesh lets them.
 inline bool covers(const uint8_t* margins, const LineCell& line, float t_min, float t_max) {
   const auto [low, high] = kFacePair[line.pair];
   const float at_low = static_cast<float>(margins[margin_square(low, line.s, line.t)]) * (1 / kGrid);
   const float at_high = static_cast<float>(margins[margin_square(high, line.u, line.v)]) * (1 / kGrid);
   const float way = line.t_exit - line.t_entry;
-  return (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) &
+  return (t_min < t_max) & (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) &
          (line.t_exit - t_max <= (line.swapped ? at_low : at_high) * way);
 }
 

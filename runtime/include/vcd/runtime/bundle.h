@@ -3,7 +3,8 @@
 // A bundle is decided as a whole where it can be: if all cells of the tree that its lines pass through agree, no line
 // is looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/design.md,
 // "Bundles"). What is decided so is what single look-ups would say, or more where these say nothing: within rounding of
-// a cell's border, and of segments too short to be looked up, which are clear where the whole bundle misses the box.
+// a cell's border, and of segments too short or too long to be looked up, which are clear where all that are decided
+// with them miss the box. Segments that are not finite are unclassified, as alone, and nothing to their neighbours.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +15,8 @@
 namespace vcd {
 
 // Sample i is corner + u[i] · edge_u + v[i] · edge_v, in the object's frame; its segment runs from origin to it, both
-// ends excluded. u and v are of one size and finite (a sample that is not may get any answer). Neighbours in the arrays
-// should be neighbours on the light, sixteen at a time. Promises hold for every segment from the origin to a point
-// within 2^-15 of the box's extents of the sample.
+// ends excluded. u and v are of one size. Neighbours in the arrays should be neighbours on the light, sixteen at a
+// time. Promises hold for every segment from the origin to a point within 2^-15 of the box's extents of the sample.
 struct QuadBundle {
   float origin[3];
   float corner[3], edge_u[3], edge_v[3];
@@ -24,7 +24,8 @@ struct QuadBundle {
   size_t size() const { return u.size(); }
 };
 
-// Samples in or on a sphere, {x[i], y[i], z[i]} in the object's frame; x, y and z are of one size.
+// Samples in or on a sphere, {x[i], y[i], z[i]} in the object's frame; x, y and z are of one size. (A sample that is
+// not there may get any answer.)
 struct SphereBundle {
   float origin[3];
   float centre[3], radius;
