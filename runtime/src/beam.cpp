@@ -145,9 +145,8 @@ bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& ch
     const double scale = frame.scale[a];
     origin[a] = (double{beam.origin[a]} - double{frame.min[a]}) * scale;
     for (size_t c = 0; c < 4; ++c)
-      ray[c][a] =
-          scale * (beam.corner[a] + double{c == 1 || c == 2 ? u.high : u.low} * beam.edge_u[a] +
-                   double{c >= 2 ? v.high : v.low} * beam.edge_v[a]);
+      ray[c][a] = scale * (beam.corner[a] + double{c == 1 || c == 2 ? u.high : u.low} * beam.edge_u[a] +
+                           double{c >= 2 ? v.high : v.low} * beam.edge_v[a]);
   }
   // All on the outer side of one face of the box.
   for (size_t a = 0; a < 3; ++a) {
