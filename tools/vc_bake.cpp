@@ -184,8 +184,10 @@ int run_plan(const Options& options) {
       const auto prepared = prepare(std::move(mesh));
       const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
       if (!planned) {
-        print_error(asset.input.string() + ": " + planned.error().message);
+        const std::string message = shown(asset.input) + ": " + planned.error().message;
+        print_error(message);
         code = exit_code(planned.error().code);
+        objects.push_back({{"source_index", index}, {"name", name}, {"error", message}, {"exit_code", code}});
         continue;
       }
       Json object{{"source_index", index}, {"name", prepared->name}, {"triangle_count", prepared->triangles.size()}};

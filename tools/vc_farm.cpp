@@ -85,20 +85,15 @@ int run_shard(const Options& options, const std::vector<std::string>& bake_optio
 struct Standing {
   size_t shards_done = 0, assets = 0, ended = 0, failed = 0;
   std::vector<unsigned> open;  // shards that are not done
-};
 
-Standing standing_of(const FarmPlan& plan) {
-  Standing standing;
-  for (const Shard& shard : plan.shards) {
-    const ShardState state = state_of(plan, shard);
-    standing.shards_done += state.done;
-    standing.assets += shard.assets;
-    standing.ended += std::min(state.ended, shard.assets);
-    standing.failed += state.failed;
-    if (!state.done) standing.open.push_back(shard.number);
+  void add(const Shard& shard, const ShardState& state) {
+    shards_done += state.done;
+    assets += shard.assets;
+    ended += std::min(state.ended, shard.assets);
+    failed += state.failed;
+    if (!state.done) open.push_back(shard.number);
   }
-  return standing;
-}
+};
 
 std::string readable(const FarmPlan& plan, const Standing& s) {
   return std::to_string(s.shards_done) + "/" + std::to_string(plan.shards.size()) + " shards, " +
@@ -110,8 +105,10 @@ int show_status(const Options& options) {
   const auto plan = open_plan(options.plan);
   if (!plan) return fail(plan.error());
   Json shards = Json::array();
+  Standing standing;
   for (const Shard& shard : plan->shards) {
     const ShardState state = state_of(*plan, shard);
+    standing.add(shard, state);
     const char* const word = state.done ? "done" : state.started ? "begun" : "not begun";
     shards.push_back({{"number", shard.number},
                       {"state", word},
@@ -124,7 +121,7 @@ int show_status(const Options& options) {
   }
   if (options.common.format == OutputFormat::json)
     print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"shards", shards}});
-  else std::printf("%s\n", readable(*plan, standing_of(*plan)).c_str());
+  else std::printf("%s\n", readable(*plan, standing).c_str());
   return kExitOk;
 }
 
@@ -155,7 +152,7 @@ class SlurmRun {
     for (std::set<unsigned> missing_before; !interrupted();
          std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
       const auto queue = slurm_.queue();
-      const Standing standing = standing_of(plan_);  // after the queue: what left it has written its report
+      const Standing standing = look();  // after the queue: what left it has written its report
       if (standing.open.empty()) break;
       if (!queue) {
         note_once(queue.error().message);
@@ -183,6 +180,17 @@ class SlurmRun {
   }
 
  private:
+  // Reports of shards that are done are read once.
+  Standing look() {
+    Standing standing;
+    for (const Shard& shard : plan_.shards) {
+      ShardState& state = states_[shard.number];
+      if (!state.done) state = state_of(plan_, shard);
+      standing.add(shard, state);
+    }
+    return standing;
+  }
+
   std::optional<Error> submit(const std::vector<unsigned>& shards) {
     if (shards.empty()) return std::nullopt;
     for (const unsigned shard : shards)
@@ -204,6 +212,7 @@ class SlurmRun {
   Slurm& slurm_;
   const Options& options_;
   ProgressLine line_;
+  std::map<unsigned, ShardState> states_;
   std::map<unsigned, unsigned> submitted_;  // how often
   std::string noted_;
 };

@@ -33,8 +33,9 @@ inline std::vector<SceneInstance> hostile_instances(const Sidecar& sidecar, Host
 
 class SceneQueries {
  public:
-  SceneQueries(std::vector<Scene> by_kernel, std::vector<Segment> segments, SceneQuery query)
-      : scenes_(std::move(by_kernel)), segments_(std::move(segments)), query_(query) {}
+  // sizes: of the instances' boxes in the world.
+  SceneQueries(std::vector<Scene> by_kernel, std::vector<float> sizes, std::vector<Segment> segments, SceneQuery query)
+      : scenes_(std::move(by_kernel)), sizes_(std::move(sizes)), segments_(std::move(segments)), query_(query) {}
 
   void ask() const {
     const auto answers = listed_answers(scenes_[0]);
@@ -56,6 +57,7 @@ class SceneQueries {
       Bits bits(bundle.size());
       scene.classify(bundle, bits.blocked, bits.open, query);
       bits.require_well_formed();
+      require_as_alone(scene, bundle, bits, query);
       if (&scene == &scenes_[0]) first = bits;
       // The last kernel is the scalar one, which takes no samples together.
       require(bits == first || &scene == &scenes_.back(),
@@ -70,6 +72,35 @@ class SceneQueries {
   }
 
  private:
+  // No sample is told the opposite of what it is told alone, whatever its neighbours are.
+  void require_as_alone(const Scene& scene, const QuadBundle& bundle, const Bits& bits, const SceneQuery& query) const {
+    for (size_t i = 0; i < bundle.size(); ++i) {
+      const Segment s = segment_of(bundle, i);
+      const Answer together = bits[i];
+      require(together != Answer::blocked || test::is_finite(s), "what is not finite is not blocked");
+      if (together == Answer::unclassified) continue;
+      const Answer alone = scene.classify(s, query);
+      require(together == alone || alone == Answer::unclassified || neighbour_says(scene, s, query, together),
+              "a bundle says of no sample the opposite of what is said of it alone");
+    }
+  }
+  // Samples may lie outside of the sphere.
+  void require_as_alone(const Scene&, const SphereBundle&, const Bits&, const SceneQuery&) const {}
+
+  // Whether a line so close to the segment's that rounding may take one for the other is answered so.
+  bool neighbour_says(const Scene& scene, const Segment& s, const SceneQuery& query, Answer answer) const {
+    std::vector<float> sizes = sizes_;
+    sizes.push_back(std::max({std::abs(s.direction[0]), std::abs(s.direction[1]), std::abs(s.direction[2])}));
+    for (const float size : sizes)
+      for (int shift = 0; shift < 27; ++shift) {
+        Segment near = s;
+        for (int a = 0, digits = shift; a < 3; ++a, digits /= 3)
+          near.direction[a] += static_cast<float>(digits % 3 - 1) * 0x1p-12f * size;
+        if (scene.classify(near, query) == answer) return true;
+      }
+    return false;
+  }
+
   // The answers of the call that lists what is open, and what it says of its list.
   std::vector<Answer> listed_answers(const Scene& scene) const {
     std::vector<Answer> answers(segments_.size(), Answer::blocked);
@@ -116,6 +147,7 @@ class SceneQueries {
   }
 
   std::vector<Scene> scenes_;
+  std::vector<float> sizes_;
   std::vector<Segment> segments_;
   SceneQuery query_;
 };
@@ -138,7 +170,14 @@ inline void query_scene(const Sidecar& sidecar, std::span<const uint8_t> tail) {
     origins.push_back(floats.below(3) ? kNoInstance : floats.below(static_cast<uint32_t>(instances.size())));
   const SceneQuery query{floats.below(2) ? 0xFFFFFFFF : floats.below(4),
                          floats.below(2) ? std::span<const uint32_t>(origins) : std::span<const uint32_t>()};
-  const SceneQueries queries(std::move(scenes), segments, query);
+  std::vector<float> sizes;
+  for (const SceneInstance& instance : instances) {
+    float size = 0;
+    for (const auto& row : instance.to_world.rows)
+      for (int a = 0; a < 3; ++a) size += std::abs(row[a]) * (instance.box_max[a] - instance.box_min[a]);
+    sizes.push_back(size);
+  }
+  const SceneQueries queries(std::move(scenes), std::move(sizes), segments, query);
   queries.ask();
   const HostileBundles bundles(floats, record);
   queries.ask(bundles.quad);

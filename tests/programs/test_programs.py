@@ -139,10 +139,11 @@ class Bake(Case):
     def test_output_file_and_folder(self):
         mesh, other = self.mesh(), self.mesh("other.obj")
         self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "x.vcd")
-        (self.folder / "out").mkdir()
         self.run_program("vc-bake", mesh, other, "-q", *SMALL, "-o", self.folder / "out")
         self.assertEqual(sorted(p.name for p in (self.folder / "out").iterdir()), ["other.obj.vcd", "tetrahedron.obj.vcd"])
-        self.run_program("vc-bake", mesh, other, "-o", self.folder / "nowhere", code=1)
+        for file in ("x.vcd", "several.vcd", "other.obj"):
+            self.assertIn("not a folder", self.run_program("vc-bake", mesh, other, "-o", self.folder / file, code=1).stderr)
+        self.assertFalse((self.folder / "several.vcd").exists())
 
     def test_never_replaces_a_mesh_or_a_device(self):
         mesh, other = self.mesh(), self.mesh("other.obj")

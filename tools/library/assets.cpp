@@ -33,7 +33,8 @@ class Collection {
       if (!folder.empty() && !fs::is_directory(folder, ignored))
         return Error{ErrorCode::usage, shown(output) + ": its folder does not exist"};
       assets_.assets[0].output = output;
-    } else if (!output.empty() && !fs::is_directory(output, ignored)) {
+    } else if (!output.empty() && !fs::is_directory(output, ignored) &&
+               (fs::exists(output, ignored) || fs::path(output).extension() == ".vcd")) {
       return Error{ErrorCode::usage,
                    shown(output) + ": not a folder; for several meshes -o names the folder of the sidecars"};
     }

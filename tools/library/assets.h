@@ -35,9 +35,9 @@ struct AssetRequest {
 // Adds inputs, --manifest and -o. `request` is filled when the app parses and outlives it.
 void add_asset_request(CLI::App& app, AssetRequest& request);
 
-// Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output
-// folder that is not there. Sidecars of a folder's assets are mirrored below the output folder, where missing folders
-// are made when needed.
+// Error (usage): a manifest that is none, two assets for one sidecar, a sidecar in the place of a mesh, an output for
+// several assets that is or is named like a file. Sidecars of a folder's assets are mirrored below the output folder;
+// missing folders are made when needed.
 Result<Assets> collect_assets(const AssetRequest& request);
 
 }  // namespace vcd
