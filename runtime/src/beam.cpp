@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
-#include <limits>
 
 namespace vcd {
 namespace {
@@ -75,41 +73,14 @@ void pad(BundleChunk& chunk) {
   chunk.u = chunk.own_u, chunk.v = chunk.own_v;
 }
 
-// count: a multiple of kRun. Eight at a time, for compilers to do together.
-Extent extent_of(const float* values, size_t count) {
-  constexpr size_t kTogether = 8;
-  static_assert(kRun % kTogether == 0);
-  float low[kTogether], high[kTogether];
-  int32_t doubtful[kTogether] = {};
-  std::copy_n(values, kTogether, low);
-  std::copy_n(values, kTogether, high);
-  for (size_t i = 0; i < count; i += kTogether)
-    for (size_t k = 0; k < kTogether; ++k) {
-      const float x = values[i + k];
-      low[k] = x < low[k] ? x : low[k];
-      high[k] = x > high[k] ? x : high[k];
-      doubtful[k] |= -int32_t{std::isnan(x)};
-    }
-  if (std::any_of(std::begin(doubtful), std::end(doubtful), [](int32_t d) { return d != 0; }))
-    return {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN()};
-  return {*std::min_element(low, low + kTogether), *std::max_element(high, high + kTogether)};
-}
-
-void measure(BundleChunk& chunk) {
-  chunk.u_extent = extent_of(chunk.u, chunk.runs() * kRun);
-  chunk.v_extent = extent_of(chunk.v, chunk.runs() * kRun);
-}
-
 }  // namespace
 
 void place(const QuadBundle& bundle, const BeamFrame&, BundleChunk& chunk) {
   chunk.u = bundle.u.data() + chunk.first, chunk.v = bundle.v.data() + chunk.first;
-  if (chunk.count % kRun != 0) {
-    std::copy_n(chunk.u, chunk.count, chunk.own_u);
-    std::copy_n(chunk.v, chunk.count, chunk.own_v);
-    pad(chunk);
-  }
-  measure(chunk);
+  if (chunk.count % kRun == 0) return;
+  std::copy_n(chunk.u, chunk.count, chunk.own_u);
+  std::copy_n(chunk.v, chunk.count, chunk.own_v);
+  pad(chunk);
 }
 
 // Where the segments cross the square before the sphere.
@@ -124,7 +95,6 @@ void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chun
     chunk.own_v[i] = along(frame.to_v) * scale + 0.5f;
   }
   pad(chunk);
-  measure(chunk);
 }
 
 bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk) {

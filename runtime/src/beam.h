@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 
 #include <vcd/format/line_cell.h>
 #include <vcd/runtime/bundle.h>
@@ -33,14 +34,17 @@ inline constexpr size_t kRun = 16, kBundleChunk = 256, kRuns = kBundleChunk / kR
 // The least and the greatest of some floats. Both are NaN if one of them is.
 struct Extent {
   float low, high;
+  static constexpr Extent nan() {
+    return {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN()};
+  }
   float most() const { return std::max(std::abs(low), std::abs(high)); }
 };
 
 // Some of a bundle's samples, by their place on the parallelogram.
 struct BundleChunk {
-  size_t first, count;  // first: a multiple of kBundleChunk
-  const float *u, *v;   // count of them, and the last again up to a whole run
-  Extent u_extent, v_extent;
+  size_t first, count;        // first: a multiple of kBundleChunk
+  const float *u, *v;         // count of them, and the last again up to a whole run
+  Extent u_extent, v_extent;  // measured by a kernel
   alignas(64) float own_u[kBundleChunk], own_v[kBundleChunk];
 
   size_t runs() const { return (count + kRun - 1) / kRun; }

@@ -56,6 +56,23 @@ struct RunsAsArrays {
   }
 };
 
+// count: a multiple of kRun.
+HWY_INLINE Extent extent_of(const float* values, size_t count) {
+  Floats low = hn::LoadU(F(), values), high = low;
+  Truth doubtful = hn::IsNaN(low);
+  for (size_t i = kWidth; i < count; i += kWidth) {
+    const Floats x = hn::LoadU(F(), values + i);
+    low = hn::Min(low, x), high = hn::Max(high, x);
+    doubtful = hn::Or(doubtful, hn::IsNaN(x));
+  }
+  if (!hn::AllFalse(F(), doubtful)) return Extent::nan();
+  return {hn::GetLane(hn::MinOfLanes(F(), low)), hn::GetLane(hn::MaxOfLanes(F(), high))};
+}
+HWY_NOINLINE void MeasureChunk(BundleChunk& chunk) {
+  chunk.u_extent = extent_of(chunk.u, chunk.runs() * kRun);
+  chunk.v_extent = extent_of(chunk.v, chunk.runs() * kRun);
+}
+
 // Bit i: whether answer i has this bit.
 HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
   const hn::FixedTag<uint8_t, kRun> bytes;
@@ -177,6 +194,7 @@ void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* bl
   for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kBundleChunk) {
     chunk.count = std::min(kBundleChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
+    MeasureChunk(chunk);
     const bool as_beam = frame.usable && near_enough(data.frame, frame, chunk);
     if (as_beam && misses(data.frame, frame, chunk)) continue;
     classify_chunk_of(

@@ -34,7 +34,7 @@ Kernels kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   return {hwy::TargetName(HWY_TARGET),
           {ManyKernels{&ClassifySegmentsOf<kDepths + 1>, &ClassifyArraysOf<kDepths + 1>, &ClassifyPlacedOf<kDepths + 1>,
                        &ClassifyBundleOf<QuadBundle>, &ClassifyBundleOf<SphereBundle>}...},
-          {&ClassifySceneOf, &BoxesInBeam, &ClassifyBundleIn, &ToObject}};
+          {&ClassifySceneOf, &BoxesInBeam, &MeasureChunk, &ClassifyBundleIn, &ToObject}};
 }
 Kernels MakeKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }
 
@@ -135,6 +135,18 @@ void placed_of(const ObjectData& data, const ToGrid& grid, const SegmentArrays& 
   }
 }
 
+void measure(BundleChunk& chunk) {
+  const auto extent_of = [&](const float* values) {
+    Extent extent{values[0], values[0]};
+    for (size_t i = 0; i < chunk.count; ++i) {
+      if (std::isnan(values[i])) return Extent::nan();
+      extent = {std::min(extent.low, values[i]), std::max(extent.high, values[i])};
+    }
+    return extent;
+  };
+  chunk.u_extent = extent_of(chunk.u), chunk.v_extent = extent_of(chunk.v);
+}
+
 void bundle_in(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk,
                uint32_t live, const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
   for (size_t i = 0; i < chunk.count; ++i) {
@@ -168,7 +180,7 @@ Kernels scalar_kernels(std::integer_sequence<uint32_t, kDepths...>) {
   return {"scalar",
           {ManyKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1>, &placed_of<kDepths + 1>,
                        &bundle_of<kDepths + 1, QuadBundle>, &bundle_of<kDepths + 1, SphereBundle>}...},
-          {&scene_one_by_one, &boxes_in_beam, &bundle_in, &to_object}};
+          {&scene_one_by_one, &boxes_in_beam, &measure, &bundle_in, &to_object}};
 }
 
 }  // namespace

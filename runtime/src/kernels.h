@@ -45,6 +45,7 @@ struct ToFrame;
 struct SceneKernels {
   void (*segments)(const SceneData&, std::span<const Segment>, const SceneQuery&, SceneAnswers);
   uint32_t (*boxes_in_beam)(const SceneNode&, const SceneBeam&);
+  void (*measure)(BundleChunk&);
   void (*bundle)(const ObjectData&, const ToGrid&, const BeamFrame&, const BundleChunk&, uint32_t live,
                  const float* const (&directions)[3], uint64_t* blocked, uint64_t* open);
   void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3],

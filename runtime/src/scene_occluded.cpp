@@ -410,6 +410,7 @@ void run_bundle(const Scene::State& state, const Bundle& bundle, const SceneQuer
   for (samples.first = 0; samples.first < bundle.size(); samples.first += kBundleChunk) {
     samples.count = std::min(kBundleChunk, bundle.size() - samples.first);
     place(bundle, frame, samples);
+    state.kernels.measure(samples);
     if (frame.usable && is_finite(frame, samples)) {
       chunk.run(bundle, frame, samples);
     } else {
