@@ -26,8 +26,9 @@ Json BakeSettings::members() const {
 }
 
 void add_settings(CLI::App& app, BakeSettings& settings) {
-  app.add_option("-d,--depth", settings.depth,
-                 "Levels of the octree, 1 to 8: each costs about ten times more; auto: the deepest that pays (default)")
+  app.add_option(
+         "-d,--depth", settings.depth,
+         "Levels of the octree, 1 to 8: each costs five to twelve times more; auto: the deepest that pays (default)")
       ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}).description(""))
       ->type_name("auto|1|2|3|4|5|6|7|8");
   app.add_option(
