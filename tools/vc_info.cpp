@@ -6,8 +6,10 @@
 #include <vcd/runtime/sidecar.h>
 
 #include "common/describe.h"
+#include "common/paths.h"
 #include "common/program.h"
 #include "common/progress.h"
+#include "library/find.h"
 
 namespace {
 
@@ -85,6 +87,10 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
 int run(const Options& options) {
   if (!options.repack.empty() && options.files.size() != 1) {
     print_error("--repack takes one sidecar at a time");
+    return exit_code(ErrorCode::usage);
+  }
+  if (has_extension(options.repack, mesh_extensions())) {
+    print_error(shown(options.repack) + ": is named like a mesh; a sidecar's name ends in .vcd");
     return exit_code(ErrorCode::usage);
   }
   catch_interruptions();

@@ -6,6 +6,7 @@
 #include <vcd/scenes/glb.h>
 
 #include "common/describe.h"
+#include "common/paths.h"
 #include "common/program.h"
 #include "render/generated_scene.h"
 
@@ -60,6 +61,10 @@ Result<std::vector<std::byte>> glb_of(const scenes::Scene& scene) {
   }
 }
 
+std::string fault_of_name(const std::string& path) {
+  return extension_of(path) == "glb" ? "" : "what is written is GLB: its name must end in .glb";
+}
+
 int run(const Options& options) {
   catch_interruptions();
   const auto fail = [](const Error& error) {
@@ -85,7 +90,10 @@ int main(int argc, char** argv) {
       ->required()
       ->check(CLI::IsMember({"sierpinski", "hairball", "forest"}).description(""))
       ->type_name("sierpinski|hairball|forest");
-  app.add_option("-o,--output", options.output, "The file to write")->required()->type_name("PATH");
+  app.add_option("-o,--output", options.output, "The file to write, named .glb")
+      ->required()
+      ->check(fault_of_name, "")
+      ->type_name("PATH");
   add_common_options(app, options.common);
   add_generated_scene_options(app, options.scene, "--seed");
   return run_program(app, argc, argv, [&] { return run(options); });

@@ -134,6 +134,19 @@ class Finding(Case):
             self.assertIn(words, self.bake("--manifest", manifest, code=5 if "only version" in words else 1).stderr)
 
 
+    def test_no_mesh_is_replaced_and_no_sidecar_twice(self):
+        a, b = self.mesh("a.obj"), self.mesh("b.obj", 2)
+        before = self.bytes(self.library)
+        for words, arguments in (("is a mesh to bake", (a, "-o", a)), ("is named like a mesh", ("-o", a, b)), ("is named like a mesh", (a, "-o", self.library / "new.PLY")),
+                                 ("not a folder", (a, b, "-o", b))):
+            self.assertIn(words, self.bake(*arguments, code=1).stderr)
+        manifest = self.folder / "manifest.json"
+        for words, assets in (("is a mesh to bake", [(a, a), (b, b)]), ("is named like a mesh", [(a, b)]), ("would be written to", [(a, "x.vcd"), (b, "../library/x.vcd")])):
+            manifest.write_text(json.dumps({"vcd_manifest": 1, "assets": [{"input": str(i), "output": str(self.library / o)} for i, o in assets]}))
+            self.assertIn(words, self.bake("--manifest", manifest, code=1).stderr)
+        self.assertEqual(self.bytes(self.library), before)
+
+
 class Updating(Case):
     def test_only_what_changed_in_content_settings_or_name(self):
         a, b = self.mesh("a.obj"), self.mesh("b.ply", 2)

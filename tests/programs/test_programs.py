@@ -262,6 +262,7 @@ class Info(Case):
         self.run_program("vc-info", ship, "--repack", raw, "--storage", "raw")
         self.assertLess(ship.stat().st_size, sidecar.stat().st_size / 2)
         self.assertEqual(raw.read_bytes(), sidecar.read_bytes())
+        self.assertIn("is named like a mesh", self.run_program("vc-info", ship, "--repack", self.folder / "soup.obj", code=1).stderr)
         hashes = [[(s["type"], s["logical_xxh3"]) for s in json.loads(self.run_program("vc-info", f, "--format", "json").stdout)["files"][0]["sections"]]
                   for f in (sidecar, ship)]
         self.assertEqual(*hashes)
@@ -410,6 +411,7 @@ class Scene(Case):
     def test_unwritable_output_and_wrong_usage(self):
         done = self.run_program("vc-scene", "sierpinski", "--level", 1, "-o", self.folder / "absent" / "x.glb", code=2)
         self.assertIn("absent/x.glb", done.stderr)
+        self.assertIn("must end in .glb", self.run_program("vc-scene", "hairball", "-o", self.folder / "x.ply", code=1).stderr)
         self.run_program("vc-scene", "-o", self.folder / "x.glb", code=1)
         self.run_program("vc-scene", "sierpinski", code=1)
         self.run_program("vc-scene", "sierpinski", "--level", 13, "-o", self.folder / "x.glb", code=1)

@@ -1,5 +1,7 @@
 #include "paths.h"
 
+#include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <cstdio>
 
@@ -25,6 +27,13 @@ std::string shown(const std::filesystem::path& path) {
     text += byte < 32 || byte == 127 || (byte > 127 && !utf8) ? std::string(escaped) : std::string(1, c);
   }
   return text;
+}
+
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string().substr(path.has_extension());
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
 }
 
 Json path_to_json(const std::filesystem::path& path) {

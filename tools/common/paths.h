@@ -14,6 +14,9 @@ namespace vcd {
 // UTF-8.
 std::string shown(const std::filesystem::path& path);
 
+// In lower case, without its dot.
+std::string extension_of(const std::filesystem::path& path);
+
 // A text, or where the path is not UTF-8 {"bytes": "…"}, two hexadecimal digits a byte.
 Json path_to_json(const std::filesystem::path& path);
 Result<std::filesystem::path> path_from_json(const Json& json);  // Error (usage)

@@ -88,6 +88,8 @@ class Collection {
                      shown(asset.output) + " too");
       if (meshes.contains(output))
         return fault(shown(asset.output) + ": is a mesh to bake, and would be replaced by a sidecar");
+      if (has_extension(output, mesh_extensions()))
+        return fault(shown(asset.output) + ": is named like a mesh; a sidecar's name ends in .vcd");
     }
     return std::nullopt;
   }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -10,22 +9,17 @@
 #include <string>
 #include <string_view>
 
+#include "common/paths.h"
+
 namespace vcd {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string extension_of(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return extension;
-}
-
 // Bytes of a file a triangle: common ones, on the small side.
 double bytes_a_triangle(const fs::path& path) {
-  static const std::map<std::string, double> kBytes = {{".obj", 30}, {".ply", 19},  {".stl", 50}, {".off", 28},
-                                                       {".glb", 20}, {".gltf", 25}, {".drc", 3}};
+  static const std::map<std::string, double> kBytes = {{"obj", 30}, {"ply", 19},  {"stl", 50}, {"off", 28},
+                                                       {"glb", 20}, {"gltf", 25}, {"drc", 3}};
   const auto known = kBytes.find(extension_of(path));
   return known == kBytes.end() ? 20 : known->second;
 }
@@ -36,11 +30,11 @@ double objects_in(const fs::path& path) {
   const std::string extension = extension_of(path);
   uint32_t length = kMost;
   std::ifstream file(path, std::ios::binary);
-  if (extension == ".glb") {
+  if (extension == "glb") {
     std::array<char, 20> header{};  // the file's, and that of its first chunk, which is the JSON
     file.read(header.data(), header.size());
     std::memcpy(&length, header.data() + 12, sizeof length);
-  } else if (extension != ".gltf") {
+  } else if (extension != "gltf") {
     return 1;
   }
   std::string start(std::min(length, kMost), '\0');
@@ -68,7 +62,7 @@ double bake_seconds(uint32_t depth, double triangles) {
 
 Cost guess_cost(const Asset& asset) {
   double bytes = size_of(asset.input);
-  if (asset.input.extension() == ".gltf") bytes += size_of(fs::path(asset.input).replace_extension(".bin"));
+  if (extension_of(asset.input) == "gltf") bytes += size_of(fs::path(asset.input).replace_extension(".bin"));
   const double triangles = bytes / bytes_a_triangle(asset.input);
   const double objects = objects_in(asset.input), of_one = triangles / objects;
   const BakeOptions options = asset.settings.bake_options();

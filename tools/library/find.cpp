@@ -1,7 +1,6 @@
 #include "find.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cerrno>
 #include <set>
 #include <system_error>
@@ -130,11 +129,7 @@ class Search {
 }  // namespace
 
 bool has_extension(const fs::path& path, const std::vector<std::string>& extensions) {
-  std::string extension = path.extension().string();
-  if (extension.empty()) return false;
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return std::tolower(c); });
-  return std::find(extensions.begin(), extensions.end(), extension.substr(1)) != extensions.end();
+  return std::find(extensions.begin(), extensions.end(), extension_of(path)) != extensions.end();
 }
 
 fs::path place_of(const fs::path& path) {
