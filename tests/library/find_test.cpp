@@ -63,6 +63,9 @@ TEST_F(Find, LoopsOfLinksEndAndLinkedFilesCount) {
   fs::create_symlink("one.obj", folder_.path() / "a" / "two.obj");
   EXPECT_EQ(found({root()}), (Names{"a/one.obj", "a/two.obj"}));
   EXPECT_TRUE(last_.errors.empty());
+  EXPECT_EQ(found({root() + "/**/*.obj"}), (Names{"a/one.obj", "a/two.obj"}));
+  EXPECT_TRUE(last_.errors.empty());
+  EXPECT_EQ(last_.named_again, 0u);
 }
 
 TEST_F(Find, ALinkToNothingIsAnError) {

@@ -254,6 +254,13 @@ class Updating(Case):
         bad.write_bytes(make_library.as_obj(*make_library.shape(3)))
         self.assertEqual(self.fates(self.library, "--resume", "--events", events), {"bad.obj": "baked", "good.obj": "up-to-date"})
 
+    def test_resume_tries_again_what_could_not_be_written(self):
+        mesh, events = self.mesh("a.obj"), self.folder / "events"
+        self.library.joinpath("a.obj.vcd").mkdir()
+        self.assertIn("not a regular file", self.bake(self.library, "-q", "--events", events, code=2).stderr)
+        self.library.joinpath("a.obj.vcd").rmdir()
+        self.assertEqual(self.fates(self.library, "--resume", "--events", events), {"a.obj": "baked"})
+
     def test_dry_run_writes_nothing(self):
         self.mesh("a.obj")
         self.assertIn("no sidecar yet", self.bake(self.library, "--dry-run", "--update", "--events", self.folder / "e").stdout)
