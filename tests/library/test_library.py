@@ -137,7 +137,7 @@ class Finding(Case):
     def test_no_mesh_is_replaced_and_no_sidecar_twice(self):
         a, b = self.mesh("a.obj"), self.mesh("b.obj", 2)
         before = self.bytes(self.library)
-        for words, arguments in (("is a mesh to bake", (a, "-o", a)), ("is named like a mesh", ("-o", a, b)), ("is named like a mesh", (a, "-o", self.library / "new.PLY")),
+        for words, arguments in (("is named like a mesh", ("-o", a, b)), ("is named like a mesh", (a, "-o", self.library / "new.PLY")),
                                  ("not a folder", (a, b, "-o", b))):
             self.assertIn(words, self.bake(*arguments, code=1).stderr)
         manifest = self.folder / "manifest.json"
@@ -347,6 +347,16 @@ class Trouble(Case):
         self.assertEqual(mesh.read_bytes(), before)
         self.bake(mesh, "-q")
         self.assertEqual(self.files(), ["a.obj", "a.obj.vcd"])
+
+    def test_nothing_waits_at_a_pipe_or_reads_a_device(self):
+        os.mkfifo(self.library / "pipe.obj"), os.mkfifo(self.library / "pipe.glb"), os.mkfifo(self.library / "pipe.gltf")
+        (self.library / "device.ply").symlink_to("/dev/zero")
+        self.mesh("a.obj")
+        for more in ((), ("--update",)):
+            report = self.report(self.library, *more, code=9)
+            self.assertEqual(sum(f.get("error", "").endswith("not a regular file") for f in report["files"]), 4)
+        plan = subprocess.run([BIN / "vc-farm", "plan", self.folder / "plan", self.library], capture_output=True, text=True, timeout=60)
+        self.assertEqual(plan.returncode, 0, plan.stderr)
 
     def test_fail_fast(self):
         for i in range(6):

@@ -28,6 +28,8 @@ double bytes_a_triangle(const fs::path& path) {
 double objects_in(const fs::path& path) {
   constexpr uint32_t kMost = 1 << 20;
   const std::string extension = extension_of(path);
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return 1;  // a pipe, say, at which one would wait
   uint32_t length = kMost;
   std::ifstream file(path, std::ios::binary);
   if (extension == "glb") {

@@ -29,8 +29,10 @@ void Events::say(Json event) {
 
 std::map<std::string, Outcome> earlier_failures(const std::string& path) {
   std::map<std::string, Outcome> failures;
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return failures;  // -, a pipe: they keep nothing
   std::ifstream file(path);
-  for (std::string line; !path.empty() && path != "-" && std::getline(file, line);) {
+  for (std::string line; std::getline(file, line);) {
     const Json event = Json::parse(line, nullptr, /*allow_exceptions=*/false);
     if (!event.is_object() || !event.contains("key") || !event["key"].is_string()) continue;
     const auto text = [&](const char* name) {
@@ -47,7 +49,7 @@ std::map<std::string, Outcome> earlier_failures(const std::string& path) {
 }
 
 std::string failure_key(const Asset& asset) {
-  if (asset.input.extension() == ".gltf" || asset.input.extension() == ".glb") return {};  // it may name other files
+  if (has_extension(asset.input, {"gltf", "glb"})) return {};  // it may name other files
   const auto hash = hash_file(asset.input);
   if (!hash) return {};
   return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + asset.settings.members().dump() + "\n" +
