@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <random>
 
@@ -196,9 +197,13 @@ class Shadows {
         segment.direction[a] *= frame.scale[a];
         segment.origin[a] = to_grid(frame, a, segment.origin[a]);
       }
-      const auto start = Clock::now();
-      for (int i = 0; i < kRepeats; ++i) tracer.occluded(segment);
-      answered.trace_seconds = since(start) / kRepeats;
+      // The shortest of some tries: whoever took the processor away meanwhile would count as tracing.
+      answered.trace_seconds = std::numeric_limits<double>::infinity();
+      for (int t = 0; t < kTries; ++t) {
+        const auto start = Clock::now();
+        for (int i = 0; i < kRepeats; ++i) tracer.occluded(segment);
+        answered.trace_seconds = std::min(answered.trace_seconds, since(start) / kRepeats);
+      }
       segments_.push_back(answered);
     }
   }
@@ -215,7 +220,7 @@ class Shadows {
   }
 
  private:
-  static constexpr int kRepeats = 3;
+  static constexpr int kTries = 3, kRepeats = 3;
 
   struct Answered {
     bool by_node = false;
