@@ -160,15 +160,16 @@ class SlurmRun {
       }
       if (!queue->held.empty())
         note_once(std::to_string(queue->held.size()) + " shards are held by Slurm: scontrol release lets them go");
-      std::vector<unsigned> missing;
-      for (const unsigned shard : standing.open)
-        if (!queue->shards.contains(shard)) missing.push_back(shard);
-      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice is
-      // lost.
+      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice since
+      // it was submitted is lost.
       std::vector<unsigned> lost;
-      for (const unsigned shard : missing)
+      std::set<unsigned> missing;
+      for (const unsigned shard : standing.open) {
+        if (queue->shards.contains(shard)) continue;
         if (submitted_.empty() || missing_before.contains(shard)) lost.push_back(shard);
-      missing_before = {missing.begin(), missing.end()};
+        else missing.insert(shard);
+      }
+      missing_before = std::move(missing);
       if (auto fault = submit(lost)) return fail(*fault);
       if (options_.detach) return kExitOk;
       line_.show(readable(plan_, standing) + ", " + std::to_string(queue->shards.size()) + " shards in Slurm's queue");

@@ -85,20 +85,92 @@ class ByHand(Case):
         (self.plan / "plan.json").write_text("{}")
         self.farm("status", self.plan, code=3)
 
+    def test_a_shard_that_was_broken_off_is_not_done(self):
+        library = self.folder / "library"
+        library.mkdir()
+        (library / "broken.obj").write_text("f 1 2 3\n" * 100000)  # guessed to be the longest
+        for name in ("a.obj", "b.obj"):
+            (library / name).write_bytes(make_library.as_obj(*make_library.shape(1)))
+        self.farm("plan", self.plan, library, "-q", "--shards", 1, *SETTINGS)
+        self.farm("run", self.plan, 1, "-j", 1, "--fail-fast", code=9)
+        state = lambda: json.loads(self.farm("status", self.plan, "--format", "json").stdout)["shards"][0]["state"]
+        self.assertEqual(state(), "begun")
+        self.assertIn("3 assets are of shards that are not done", self.farm("merge", self.plan, code=4).stderr)
+        self.farm("run", self.plan, 1)
+        self.assertEqual(state(), "done")
+        self.assertIn("2 baked, 0 up to date, 1 failed, 0 not run", self.farm("merge", self.plan, code=9).stdout)
+
+
+class ByASlurmOfScripts(Case):
+    """What Slurm is told, and what follows from what it says: sbatch and squeue keep what they are given in files, and squeue says
+    what is in the file `queue`."""
+
+    def setUp(self):
+        super().setUp()
+        programs = self.folder / "programs"
+        programs.mkdir()
+        for name, more in (("sbatch", ""), ("squeue", f"cat {self.folder}/queue")):
+            (programs / name).write_text(f'#!/bin/sh\n[ "$1" = --version ] && exit\necho "$@" >> {self.folder}/{name}\n{more}\n')
+            (programs / name).chmod(0o755)
+        self.environment = {"PATH": f"{programs}:{os.environ['PATH']}"}
+        self.queue([])
+
+    def queue(self, lines):
+        (self.folder / "queue").write_text("".join(line + "\n" for line in lines))
+
+    def slurm(self, *arguments, code=0):
+        return self.farm("slurm", self.plan, *arguments, code=code, env=self.environment)
+
+    def asked(self, program):
+        """The calls since it was asked for last."""
+        calls = (self.folder / program).read_text().splitlines()
+        (self.folder / program).unlink()
+        return calls
 
     def test_what_sbatch_is_given(self):
         self.make_plan(2)
-        programs = self.folder / "programs"
-        programs.mkdir()
-        for name in ("sbatch", "squeue"):
-            (programs / name).write_text(f'#!/bin/sh\n[ "$1" = --version ] || echo "$@" >> {self.folder}/{name}\n')
-            (programs / name).chmod(0o755)
-        self.farm("slurm", self.plan, "--threads", 3, "--bake=--cache=/c d", "--detach", "--sbatch=--partition=night", "--sbatch=--nice",
-                  env={"PATH": f"{programs}:{os.environ['PATH']}"})
-        given = (self.folder / "sbatch").read_text()
+        self.slurm("--threads", 3, "--bake=--cache=/c d", "--detach", "--sbatch=--partition=night", "--sbatch=--nice")
+        [given] = self.asked("sbatch")
         for words in ("--array=1,2 ", "--requeue", "--cpus-per-task=3", "--open-mode=append", "--partition=night --nice"):
             self.assertIn(words, given)
         self.assertIn("'--cache=/c d'", (self.plan / "slurm-0.sh").read_text())
+
+    def test_more_than_slurm_has_in_an_array_are_several(self):
+        many = self.folder / "many"
+        many.mkdir()
+        for i in range(1003):
+            (many / f"{i}.obj").write_text("")
+        self.farm("plan", self.plan, many, "--shards", 1003, "-q")
+        self.slurm("--detach")
+        first, second = self.asked("sbatch")
+        self.assertIn("--array=1,2,3,", first)
+        self.assertIn(",1000 ", first)
+        self.assertIn("--array=1,2,3 ", second)
+        self.assertIn("$((1000 + SLURM_ARRAY_TASK_ID))", pathlib.Path(second.split()[-1]).read_text())
+        names = [next(word.partition("=")[2] for word in call.split() if word.startswith("--job-name=")) for call in (first, second)]
+        self.queue([f"{names[0]} {i} Resources" for i in range(1, 1001)] + [f"{names[1]} 2 None", f"another-{names[1]} 3 None"])
+        self.slurm("--detach")
+        [again] = self.asked("sbatch")
+        self.assertIn("--array=1,3 ", again)
+
+    def test_what_is_lost_is_submitted_so_many_times(self):
+        self.make_plan(1)
+        done = self.slurm("--poll", "0.1", "--tries", "2", code=4)
+        self.assertIn("shard 1 was submitted 2 times and is not done", done.stderr)
+        self.assertEqual(len(self.asked("sbatch")), 2)
+        self.assertEqual(len(self.asked("squeue")), 5)  # it is lost when it is missing twice
+
+    def test_what_is_held_is_told(self):
+        self.make_plan(2)
+        self.slurm("--detach")
+        name = next(word.partition("=")[2] for word in self.asked("sbatch")[0].split() if word.startswith("--job-name="))
+        self.queue([f"{name} 1 JobHeldUser", f"{name} 2 launch failed requeued held"])
+        follow = subprocess.Popen([BIN / "vc-farm", "slurm", self.plan, "--poll", "0.1"], env=self.environment, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(follow.stderr.close)
+        self.assertIn("2 shards are held by Slurm", follow.stderr.readline())
+        follow.terminate()
+        self.assertEqual(follow.wait(timeout=60), 4)
+        self.assertFalse((self.folder / "sbatch").exists())
 
 
 @unittest.skipIf(MISSING, MISSING)
