@@ -85,6 +85,15 @@ class ByHand(Case):
         (self.plan / "plan.json").write_text("{}")
         self.farm("status", self.plan, code=3)
 
+    def test_one_that_takes_long_has_a_shard_for_itself(self):
+        library = self.folder / "library"
+        library.mkdir()
+        (library / "c.obj").write_text("v 0 0 0\n" * 500000)
+        for name in "abdef":
+            (library / f"{name}.obj").write_text("v 0 0 0\n")
+        shards = json.loads(self.farm("plan", self.plan, library, "--shards", 2, "--format", "json").stdout)["shards"]
+        self.assertEqual(sorted(s["assets"] for s in shards), [1, 5])
+
     def test_a_shard_that_was_broken_off_is_not_done(self):
         library = self.folder / "library"
         library.mkdir()

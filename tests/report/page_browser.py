@@ -4,7 +4,9 @@ import pathlib
 import tempfile
 
 from selenium import webdriver
+from selenium.common.exceptions import WebDriverException
 from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.support.ui import WebDriverWait
 
 CHROMIUM, DRIVER = pathlib.Path("/usr/bin/chromium"), pathlib.Path("/usr/bin/chromedriver")
 
@@ -47,7 +49,11 @@ class Browser:
     def open(self, path, width=1180, height=900, scheme="light"):
         self.command("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 600)
         self.media(scheme)
+        self.ask("window.isBefore = true")
         self.driver.get(pathlib.Path(path).as_uri())
+        # On a busy machine get() may come back while the page is still being read.
+        WebDriverWait(self.driver, 120, ignored_exceptions=[WebDriverException]).until(
+            lambda _: self.ask("return !window.isBefore && document.readyState === 'complete'"))
 
     def media(self, scheme, kind=""):
         self.command("Emulation.setEmulatedMedia", media=kind, features=[{"name": "prefers-color-scheme", "value": scheme}])
