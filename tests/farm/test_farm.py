@@ -8,6 +8,7 @@ import pathlib
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import unittest
 
@@ -176,6 +177,9 @@ class ByASlurmOfScripts(Case):
         self.queue([f"{name} 1 JobHeldUser", f"{name} 2 launch failed requeued held"])
         follow = subprocess.Popen([BIN / "vc-farm", "slurm", self.plan, "--poll", "0.1"], env=self.environment, stderr=subprocess.PIPE, text=True)
         self.addCleanup(follow.stderr.close)
+        patience = threading.Timer(60, follow.kill)
+        patience.start()
+        self.addCleanup(patience.cancel)
         self.assertIn("2 shards are held by Slurm", follow.stderr.readline())
         follow.terminate()
         self.assertEqual(follow.wait(timeout=60), 4)
