@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 
 #include "common/memory.h"
 #include "common/paths.h"
@@ -55,7 +56,7 @@ BatchOptions batch_options(const Options& options) {
   return batch;
 }
 
-void print_dry_run(const std::vector<Asset>& assets, const std::vector<Record>& records) {
+void print_dry_run(const std::vector<Asset>& assets, const std::vector<Record>& records, const RunReport& run) {
   double seconds = 0;
   for (size_t i = 0; i < assets.size(); ++i) {
     const bool is_waiting = records[i].fate == Fate::waiting;
@@ -67,6 +68,7 @@ void print_dry_run(const std::vector<Asset>& assets, const std::vector<Record>& 
             : "nothing to do");
     seconds += is_waiting ? records[i].cost.seconds : 0;
   }
+  for (const fs::path& orphan : run.pruned) std::printf("%-10s %s\n", "remove", shown(orphan).c_str());
   std::printf("about %s on one thread, guessed from the sizes of the files\n", readable_seconds(seconds).c_str());
 }
 
@@ -87,12 +89,35 @@ std::vector<fs::path> prune(const Options& options, const Assets& assets) {
     print_note("--prune: nothing is removed, because not all inputs could be read");
     return {};
   }
+  if (!assets.empty_folders.empty()) {
+    print_note("--prune: nothing is removed, because no mesh is below " + shown(assets.empty_folders[0]));
+    return {};
+  }
   std::vector<fs::path> orphans = find_orphans(assets);
   std::error_code error;
   for (const fs::path& orphan : orphans)
     if (!options.dry_run && !fs::remove(orphan, error))
       print_error(shown(orphan) + ": cannot be removed: " + error.message());
   return orphans;
+}
+
+// What is written beside the sidecars must replace none of them, no mesh, no manifest, and not each other.
+std::optional<Error> check_written(const Options& options, const std::vector<Asset>& assets) {
+  std::map<fs::path, const char*> taken;
+  for (const std::string& manifest : options.request.manifests) taken.emplace(place_of(manifest), "a manifest");
+  for (const Asset& asset : assets) taken.emplace(place_of(asset.output), "a sidecar");
+  std::vector<std::string> written;
+  if (options.events != "-") written.push_back(options.events);
+  written.push_back(options.depfile);
+  if (!options.report.empty()) written.insert(written.end(), {options.report + ".json", options.report + ".html"});
+  for (const std::string& path : written) {
+    if (path.empty()) continue;
+    const auto [known, is_free] = taken.emplace(place_of(path), "what else this run writes");
+    if (!is_free || !may_be_written(path))
+      return Error{ErrorCode::usage,
+                   shown(path) + ": would replace " + (is_free ? "a mesh or a sidecar" : known->second)};
+  }
+  return std::nullopt;
 }
 
 int run(const Options& options) {
@@ -103,9 +128,7 @@ int run(const Options& options) {
   const std::vector<Asset>& assets = found->assets;
   if (!options.depfile.empty() && assets.size() != 1)
     return print_error("--depfile is for one asset"), exit_code(ErrorCode::usage);
-  for (const std::string& path : {options.events, options.depfile})
-    if (!may_be_written(path))
-      return print_error(shown(path) + ": would replace a mesh or a sidecar"), exit_code(ErrorCode::usage);
+  if (const auto fault = check_written(options, assets)) return print_error(fault->message), exit_code(fault->code);
   for (const Error& error : found->errors) print_error(error.message);
   if (assets.empty() && found->errors.empty())
     print_error("no mesh file found"), found->errors.push_back({ErrorCode::io, "no mesh file found"});
@@ -149,7 +172,7 @@ int run(const Options& options) {
     if (as_json) print_json(report);
     if (!options.report.empty()) note(write_report(options.report, report));
   }
-  if (!as_json && !options.common.quiet && options.dry_run) print_dry_run(assets, records);
+  if (!as_json && !options.common.quiet && options.dry_run) print_dry_run(assets, records, run);
   if (!as_json && !options.common.quiet && !options.dry_run && assets.size() > 1) print_totals(totals_of(records), run);
   return batch_exit_code(codes);
 }

@@ -1,9 +1,12 @@
 // vc-farm: a library over many machines. Cuts it into shards that any scheduler can run, runs them by Slurm, merges
 // what came of them.
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <map>
 #include <thread>
+
+#include <unistd.h>
 
 #include "common/paths.h"
 #include "common/program.h"
@@ -59,6 +62,12 @@ int make(const Options& options) {
   return kExitOk;
 }
 
+std::string this_process() {
+  char host[256] = {};
+  gethostname(host, sizeof host - 1);
+  return host + ("-" + std::to_string(getpid()));
+}
+
 // Exit code 0 once the shard is done, whatever became of its assets: for a scheduler that is success.
 int run_shard(const Options& options, const std::vector<std::string>& bake_options) {
   const auto plan = open_plan(options.plan);
@@ -66,6 +75,10 @@ int run_shard(const Options& options, const std::vector<std::string>& bake_optio
   if (options.shard < 1 || options.shard > plan->shards.size())
     return fail({ErrorCode::usage, shown(options.plan) + ": has no shard " + std::to_string(options.shard)});
   const Shard& shard = plan->shards[options.shard - 1];
+  if (std::find(bake_options.begin(), bake_options.end(), "--prune") != bake_options.end())
+    return fail({ErrorCode::usage, "--prune: a shard does not know the assets of the others"});
+  // Its own, until it is whole: two of one shard may run at once, or this one be broken off.
+  const std::string report = plan->file(shard.number, ".report").string() + "-" + this_process();
   std::vector<std::string> command = {(program_folder() / "vc-bake").string(),
                                       "--manifest",
                                       plan->file(shard.number, ".json").string(),
@@ -74,12 +87,13 @@ int run_shard(const Options& options, const std::vector<std::string>& bake_optio
                                       "--events",
                                       plan->file(shard.number, ".events.jsonl").string(),
                                       "--report",
-                                      plan->file(shard.number, ".report").string()};
+                                      report};
   command.insert(command.end(), bake_options.begin(), bake_options.end());
   catch_interruptions();
   const auto code = run_command(command);
   if (!code) return fail(code.error());
-  return state_of(*plan, shard).done ? kExitOk : *code == kExitOk ? exit_code(ErrorCode::runtime) : *code;
+  if (take_report(*plan, shard, report)) return kExitOk;
+  return *code == kExitOk ? exit_code(ErrorCode::runtime) : *code;
 }
 
 struct Standing {
@@ -128,6 +142,11 @@ int show_status(const Options& options) {
 int merge(const FarmPlan& plan, const Options& options) {
   const Json report = merged_report(plan);
   const std::string name = options.report.empty() ? (plan.folder / "report").string() : options.report;
+  const fs::path place = place_of(name);
+  const std::string file = place.filename().string();
+  if (place.parent_path() == place_of(plan.folder / "plan").parent_path() &&
+      (file == "plan" || file.starts_with("shard-")))
+    return fail({ErrorCode::usage, shown(name) + ": would replace a part of the plan"});
   if (const auto fault = write_report(name, report)) return fail(*fault);
   if (options.common.format == OutputFormat::json) print_json(report);
   const Json& totals = report["totals"];

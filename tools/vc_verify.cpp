@@ -113,8 +113,8 @@ void add_options(CLI::App& app, Options& options) {
                  "What to warn of instead of failing, with commas: findings of a library, see below")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"orphaned", "missing", "unreadable-asset"}).description(""))
-      ->type_name("orphaned|missing|unreadable-asset");
+      ->check(CLI::IsMember({"orphaned", "missing", "unreadable-asset", "mesh-unreadable"}).description(""))
+      ->type_name("orphaned|missing|unreadable-asset|mesh-unreadable");
   app.add_option("-j,--threads", options.run.threads,
                  "Files at a time, and threads in all; 0: all processors (default). Each file at work is in memory. "
                  "The output\n"
@@ -143,7 +143,8 @@ constexpr const char* kLibraryHelp = R"(Against a library:
              at the same place below its own folder), else by the file name in its provenance. Code 8
   orphaned   likewise, and no asset has its name. Code 7
   missing    an asset with a mesh whose geometry no sidecar has. Code 7
-  unusable-asset, misnamed: warnings. unreadable-asset: nobody knows whether it lacks a sidecar. Code 2 or 4
+  unusable-asset, misnamed: warnings. unreadable-asset: nobody knows whether it lacks a sidecar;
+  mesh-unreadable: or whether a sidecar is stale. Code 2 or 4
 An asset may be both missing and what a sidecar is stale against; several of one geometry are fine.)";
 
 }  // namespace

@@ -55,8 +55,10 @@ class BlockedSignals {
 };
 
 void reset_signals() {
-  for (int number = 1; number < NSIG; ++number) ::signal(number, SIG_DFL);
-  ::signal(SIGPIPE, SIG_IGN);  // writing to a parent that is gone is an error, not an end
+  for (int number = 1; number < NSIG; ++number)
+    if (::signal(number, SIG_DFL) == SIG_IGN && (number == SIGHUP || number == SIGINT))
+      ::signal(number, SIG_IGN);  // as nohup and & want it of all that they start
+  ::signal(SIGPIPE, SIG_IGN);     // writing to a parent that is gone is an error, not an end
   sigset_t none;
   sigemptyset(&none);
   ::pthread_sigmask(SIG_SETMASK, &none, nullptr);

@@ -15,6 +15,7 @@ import unittest
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "library")]
 import make_library
 from slurm_cluster import SlurmCluster
+from test_library import processes_of
 
 BIN = pathlib.Path(os.environ["VCD_BIN"])
 SETTINGS = ("--depth", "3", "--audit", "9000")
@@ -85,6 +86,39 @@ class ByHand(Case):
         self.farm("run", self.plan, 4, code=1)
         (self.plan / "plan.json").write_text("{}")
         self.farm("status", self.plan, code=3)
+
+    def test_a_report_counts_for_its_shard_alone(self):
+        self.make_plan(2)
+        report = lambda number: self.plan / f"shard-{number:04}.report.json"
+        states = lambda: [s["state"] for s in json.loads(self.farm("status", self.plan, "--format", "json").stdout)["shards"]]
+        self.farm("run", self.plan, 1, "--prune", code=1)
+        self.farm("run", self.plan, 1)
+        whole = report(1).read_text()
+        report(2).write_text(whole)
+        self.assertEqual(states(), ["done", "not begun"])
+        self.farm("merge", self.plan, code=4)
+        self.farm("merge", self.plan, "--report", self.plan / "plan", code=1)
+        for more in ("--no-such-option", "--dry-run"):  # what is done stays so, but this was no run
+            done = subprocess.run([BIN / "vc-farm", "run", self.plan, "1", more], capture_output=True)
+            self.assertNotEqual(done.returncode, 0, more)
+            self.assertEqual(states(), ["done", "not begun"])
+        self.assertEqual(report(1).read_text(), whole)
+        self.assertEqual(len(list(self.plan.glob("shard-*.html"))), 1)
+        (self.plan / "plan.json").unlink()
+        self.assertIn("holds a plan already", self.farm("plan", self.plan, self.shared / "library", code=1).stderr)
+
+    def test_what_a_shard_started_dies_with_it(self):
+        library = self.folder / "library"
+        library.mkdir()
+        (library / "a.obj").write_bytes(make_library.as_obj(*make_library.shape(1)))
+        self.farm("plan", self.plan, library, "-q", "--depth", "6", "--audit", "0")
+        shard = subprocess.Popen([BIN / "vc-farm", "run", self.plan, "1"], start_new_session=True)
+        events = self.plan / "shard-0001.events.jsonl"
+        within = lambda seconds, what: any(what() or time.sleep(0.1) for _ in range(10 * seconds))
+        self.assertTrue(within(60, lambda: events.exists() and '"started"' in events.read_text()))
+        shard.kill()
+        shard.wait()
+        self.assertTrue(within(60, lambda: not processes_of(shard.pid)))
 
     def test_one_that_takes_long_has_a_shard_for_itself(self):
         library = self.folder / "library"

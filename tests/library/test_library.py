@@ -126,6 +126,11 @@ class Finding(Case):
         files = self.report("--manifest", manifest)["files"]
         self.assertEqual([(pathlib.Path(f["output"]).name, f["objects"][0]["depth"], f["objects"][0]["method"]) for f in files],
                          [("x.vcd", 3, "proven"), ("b.obj.vcd", 1, "hybrid")])
+        for settings, more, methods in (({"method": "hybrid"}, (), ["hybrid", "sampled"]), ({}, ("--method", "hybrid"), ["hybrid", "sampled"]),
+                                        ({}, (), ["sampled", "sampled"])):
+            assets = [{"input": "a.obj", "settings": {"samples": 81}}, {"input": "b.obj", "settings": {"samples": 81, "method": "sampled"}}]
+            manifest.write_text(json.dumps({"vcd_manifest": 1, "settings": settings, "assets": assets}))
+            self.assertEqual([f["objects"][0]["method"] for f in self.report("--manifest", manifest, *more)["files"]], methods)
         for bad, words in (("{", "not JSON"), ('{"vcd_manifest": 1}', 'no array "assets"'), ('{"vcd_manifest": 2, "assets": []}', "only version 1"),
                            ('{"vcd_manifest": 1, "assets": [{"input": "a.obj", "depth": 3}]}', 'assets[0]: unknown member "depth"'),
                            ('{"vcd_manifest": 1, "assets": [{"input": "a.obj", "settings": {"depth": 9}}]}', "assets[0]: settings: "),
@@ -137,14 +142,40 @@ class Finding(Case):
     def test_no_mesh_is_replaced_and_no_sidecar_twice(self):
         a, b = self.mesh("a.obj"), self.mesh("b.obj", 2)
         before = self.bytes(self.library)
-        for words, arguments in (("is named like a mesh", ("-o", a, b)), ("is named like a mesh", (a, "-o", self.library / "new.PLY")),
-                                 ("not a folder", (a, b, "-o", b))):
+        for words, arguments in (("not a folder", ("-o", a, b)), ("not a folder", (a, b, "-o", b)), ("not a folder", (a, b, "-o", "new.vcd"))):
             self.assertIn(words, self.bake(*arguments, code=1).stderr)
         manifest = self.folder / "manifest.json"
         for words, assets in (("is a mesh to bake", [(a, a), (b, b)]), ("is named like a mesh", [(a, b)]), ("would be written to", [(a, "x.vcd"), (b, "../library/x.vcd")])):
             manifest.write_text(json.dumps({"vcd_manifest": 1, "assets": [{"input": str(i), "output": str(self.library / o)} for i, o in assets]}))
             self.assertIn(words, self.bake("--manifest", manifest, code=1).stderr)
         self.assertEqual(self.bytes(self.library), before)
+
+    def test_what_is_written_beside_the_sidecars_replaces_nothing(self):
+        a, manifest = self.mesh("a.obj"), self.folder / "library.json"
+        manifest.write_text(json.dumps({"vcd_manifest": 1, "assets": [{"input": str(a), "output": str(self.folder / "x.json")}]}))
+        before = self.bytes(self.folder)
+        for words, arguments in (("a manifest", ("--report", self.folder / "library")), ("a manifest", ("--events", manifest)),
+                                 ("a sidecar", ("--report", self.folder / "x")), ("a sidecar", ("--depfile", self.folder / "x.json")),
+                                 ("what else this run writes", ("--depfile", self.folder / "y", "--events", self.folder / "library/../y"))):
+            self.assertIn("would replace " + words, self.bake("--manifest", manifest, *arguments, code=1).stderr)
+        self.assertEqual(self.bytes(self.folder), before)
+        self.bake(a, "-q", "--report", self.folder / "new/report")
+        self.assertEqual(self.files(self.folder / "new"), ["report.html", "report.json"])
+
+    def test_patterns_and_lists_mean_the_same_on_the_second_run(self):
+        self.mesh("a.obj"), (self.library / "notes.txt").write_text("x")
+        for pattern in (f"{self.library}/*", f"{self.library}/**"):
+            for _ in range(2):
+                self.bake(pattern, "-q", "--update")
+        a, sidecar = self.library / "a.obj", self.library / "a.obj.vcd"
+        self.assertIn("no mesh file found", self.bake(sidecar, code=2).stderr)
+        self.bake(a, sidecar, "-q")  # as the shell's pattern gives them
+        meshes = self.folder / "meshes"
+        for names in (["a.obj"], ["a.obj", "b.obj"]):
+            self.mesh("b.obj", 2)
+            meshes.write_text("".join(f"{self.library / name}\n" for name in names))
+            self.bake(f"@{meshes}", "-q", "-o", self.folder / "out")
+            self.assertEqual(self.files(self.folder / "out"), [name + ".vcd" for name in names])
 
 
 class Updating(Case):
@@ -226,6 +257,7 @@ class Updating(Case):
         mesh.unlink()
         dry = self.report(self.library, "--update", "--prune", "--dry-run")
         self.assertEqual([pathlib.Path(p).name for p in dry["pruned"]], ["a.obj.vcd"])
+        self.assertIn(f"remove     {mesh}.vcd", self.bake(self.library, "--update", "--prune", "--dry-run").stdout)
         self.assertIn("a.obj.vcd", self.files())
         os.symlink("nowhere", self.library / "lost.obj")
         self.bake(self.library, "--update", "--prune", code=9)
@@ -233,6 +265,15 @@ class Updating(Case):
         os.unlink(self.library / "lost.obj")
         self.bake(self.library, "--update", "--prune")
         self.assertEqual(self.files(), ["b.obj", "b.obj.vcd", "strange.vcd"])
+        other = self.folder / "other"
+        other.mkdir()  # a share, say, that is not there today
+        self.assertIn("no mesh is below", self.bake(other, self.library, "--update", "--prune").stderr)
+
+    def test_prune_leaves_a_cache_alone(self):
+        self.mesh("a.obj")
+        for _ in range(2):
+            self.bake(self.library, "-q", "--prune", "--update", "--cache", self.library / "cache")
+        self.assertEqual(len(list((self.library / "cache").rglob("*.vcd"))), 1)
 
     def test_an_asset_that_went_bad_keeps_its_sidecar_and_says_so(self):
         mesh = self.mesh("a.obj")
@@ -251,6 +292,7 @@ class Updating(Case):
         with open(events, "a") as out:
             out.write('{"event":"ended","inp')  # a run that was killed
         self.assertEqual(self.fates(self.library, "--resume", "--events", events, code=9), {"bad.obj": "failed-before", "good.obj": "up-to-date"})
+        self.assertEqual(events.read_text().count('\n{"event":"run-started"'), 1)  # not behind the half of a line
         bad.write_bytes(make_library.as_obj(*make_library.shape(3)))
         self.assertEqual(self.fates(self.library, "--resume", "--events", events), {"bad.obj": "baked", "good.obj": "up-to-date"})
 
@@ -271,7 +313,7 @@ class Updating(Case):
         for more in ((), ("--update",)):
             self.bake(gltf, "-q", "--depfile", self.folder / "d", *more)
             words = (self.folder / "d").read_text().replace("\\\n", " ").replace("\\ ", "\0").split()
-            self.assertEqual([w.replace("\0", " ") for w in words], [f"{gltf}.vcd:", str(gltf), str(gltf.with_suffix(".bin"))])
+            self.assertEqual([w.replace("\0", " ") for w in words], [f"{gltf}.vcd:", str(gltf), str(gltf.with_suffix(".bin")), f"{gltf.with_suffix('.bin')}:"])
 
 
 class Trouble(Case):
@@ -357,6 +399,21 @@ class Trouble(Case):
             self.assertEqual(sum(f.get("error", "").endswith("not a regular file") for f in report["files"]), 4)
         plan = subprocess.run([BIN / "vc-farm", "plan", self.folder / "plan", self.library], capture_output=True, text=True, timeout=60)
         self.assertEqual(plan.returncode, 0, plan.stderr)
+
+    def test_closed_streams_and_a_hang_up_that_is_ignored(self):
+        self.mesh("a.obj")
+        command = " ".join(["exec", str(BIN / "vc-bake"), f"'{self.library}' --audit 0"])
+        for closed in ("2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
+            self.assertEqual(subprocess.run(["sh", "-c", f"{command} --depth 2 {closed}"], stdout=subprocess.DEVNULL, timeout=120).returncode, 0, closed)
+        process = subprocess.Popen(["sh", "-c", f"trap '' HUP; {command} --depth 6"], stderr=subprocess.PIPE, text=True, start_new_session=True)
+        while not self.at_work(process, 10):
+            self.assertIsNone(process.poll())
+            time.sleep(0.05)
+        os.killpg(process.pid, signal.SIGHUP)
+        time.sleep(0.5)
+        self.assertIsNone(process.poll())
+        os.killpg(process.pid, signal.SIGTERM)
+        process.communicate(timeout=60)
 
     def test_fail_fast(self):
         for i in range(6):

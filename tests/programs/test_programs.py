@@ -150,7 +150,9 @@ class Bake(Case):
         self.run_program("vc-bake", mesh, "-o", mesh, code=1)
         self.run_program("vc-bake", other, "-o", self.folder / "." / "other.obj", code=1)
         os.mkfifo(self.folder / "fifo")
-        self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "fifo", code=2)
+        self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "fifo", code=1)
+        os.mkfifo(self.folder / "fifo.vcd")
+        self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "fifo.vcd", code=2)
         self.assertEqual(mesh.read_text(), TETRAHEDRON)
         self.run_program("vc-info", self.folder / "fifo", code=2)
 

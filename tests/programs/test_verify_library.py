@@ -253,6 +253,13 @@ class Library(Case):
             done = subprocess.run([BIN / "vc-verify", *arguments], cwd=self.folder, capture_output=True, text=True)
             self.assertIn("[lib]/tetra.obj.vcd: ok", done.stdout)
 
+    def test_a_sidecar_is_not_stale_because_its_asset_cannot_be_read(self):
+        (self.lib / "stale.obj").unlink()
+        os.mkfifo(self.lib / "stale.obj")
+        report = self.report(code=9)["by_name"]
+        self.assertEqual([self.ids(report[name]) for name in ("stale.obj.vcd", "stale.obj")], [["mesh-unreadable"], ["unreadable-asset"]])
+        self.verify("--allow", "unreadable-asset,mesh-unreadable")
+
     def test_what_is_no_file_is_unreadable(self):
         os.mkfifo(self.lib / "pipe.vcd")
         (self.lib / "empty.vcd").write_bytes(b"")

@@ -10,6 +10,9 @@
 #include <map>
 #include <new>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "completions.h"
 #include "man_page.h"
 
@@ -89,6 +92,12 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 }
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  // Were one of the standard streams closed, the next file or pipe would be taken for it.
+  for (int stream; (stream = open("/dev/null", O_RDWR)) >= 0;)
+    if (stream > STDERR_FILENO) {
+      close(stream);
+      break;
+    }
   try {
     std::vector<std::string> arguments = expand_lists(argc, argv);
     app.name(std::string(argv[0]).substr(std::string(argv[0]).find_last_of('/') + 1));
@@ -119,7 +128,8 @@ int batch_exit_code(const std::vector<int>& codes) {
 }
 
 void catch_interruptions() {
-  for (int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, on_signal);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+    if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);  // as nohup wants it
 }
 bool interrupted() { return g_interrupted; }
 

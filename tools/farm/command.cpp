@@ -1,11 +1,14 @@
 #include "command.h"
 
+#include <cerrno>
 #include <csignal>
+#include <cstdio>
 #include <cstring>
 #include <utility>
 
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,12 +22,16 @@ extern char** environ;
 namespace vcd {
 namespace {
 
-Result<pid_t> spawn(const std::vector<std::string>& command, const posix_spawn_file_actions_t* actions) {
+std::vector<char*> arguments_of(const std::vector<std::string>& command) {
   std::vector<char*> arguments;
   for (const std::string& argument : command) arguments.push_back(const_cast<char*>(argument.c_str()));
   arguments.push_back(nullptr);
+  return arguments;
+}
+
+Result<pid_t> spawn(const std::vector<std::string>& command, const posix_spawn_file_actions_t* actions) {
   pid_t pid = 0;
-  const int fault = posix_spawnp(&pid, arguments[0], actions, nullptr, arguments.data(), environ);
+  const int fault = posix_spawnp(&pid, command[0].c_str(), actions, nullptr, arguments_of(command).data(), environ);
   if (fault != 0) return Error{ErrorCode::runtime, command[0] + ": cannot be run: " + std::strerror(fault)};
   return pid;
 }
@@ -66,9 +73,15 @@ Result<std::string> output_of(const std::vector<std::string>& command) {
 }
 
 Result<int> run_command(const std::vector<std::string>& command) {
-  const auto pid = spawn(command, nullptr);
-  if (!pid) return pid.error();
-  return wait_for(*pid);
+  const pid_t parent = getpid(), pid = fork();
+  if (pid < 0) return Error{ErrorCode::runtime, command[0] + ": cannot be run: " + std::strerror(errno)};
+  if (pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() == parent) execvp(arguments_of(command)[0], arguments_of(command).data());
+    std::fprintf(stderr, "error: %s: cannot be run: %s\n", command[0].c_str(), std::strerror(errno));
+    _exit(exit_code(ErrorCode::runtime));
+  }
+  return wait_for(pid);
 }
 
 std::string shell_word(const std::string& text) {

@@ -12,8 +12,9 @@ namespace vcd {
 // ended otherwise; with its words.
 Result<std::string> output_of(const std::vector<std::string>& command);
 
-// Runs it with this program's own standard output and error; SIGTERM is passed on when `interrupted`. Its exit code, or
-// 128 + the signal that ended it. Error (runtime): it is not there.
+// Runs it with this program's own standard output and error; it gets SIGTERM when `interrupted`, and when this process
+// is killed. Its exit code, or 128 + the signal that ended it; that of ErrorCode::runtime if it is not there. One
+// thread.
 Result<int> run_command(const std::vector<std::string>& command);
 
 // As a word of a shell script.

@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <fstream>
 #include <numeric>
+#include <set>
 #include <span>
 
 #include <vcd/baker/source.h>
@@ -53,9 +54,21 @@ Json read_json(const fs::path& path) {
   return json.is_discarded() ? Json(nullptr) : json;
 }
 
-bool is_whole(const Json& report) {
-  return report.is_object() && report.contains("files") && report["files"].is_array() && report.contains("totals") &&
-         report["totals"].is_object() && report["totals"].value("not_run", size_t{1}) == 0;
+// Whether it tells what became of each of the shard's assets, and of no others.
+bool is_whole(const Json& report, const FarmPlan& plan, const Shard& shard) {
+  for (const char* list : {"files", "errors"})
+    if (!report.is_object() || !report.contains(list) || !report[list].is_array()) return false;
+  if (report.contains("dry_run") || !report.contains("totals") || !report["totals"].is_object()) return false;
+  const Json manifest = read_json(plan.file(shard.number, ".json"));
+  if (!manifest.is_object() || !manifest.contains("assets") || !manifest["assets"].is_array()) return false;
+  std::set<std::string> open;
+  for (const Json& asset : manifest["assets"])
+    if (asset.is_object()) open.insert(asset.value("output", Json()).dump());
+  for (const Json& file : report["files"])
+    if (!file.is_object() || file.value("fate", Json()) == fate_name(Fate::not_run) ||
+        open.erase(file.value("output", Json()).dump()) == 0)
+      return false;
+  return open.size() == report["errors"].size();  // those without an input are errors
 }
 
 }  // namespace
@@ -69,9 +82,14 @@ fs::path FarmPlan::file(unsigned shard, const std::string& extension) const {
 Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& assets, unsigned shards) {
   if (assets.empty()) return Error{ErrorCode::usage, "no mesh file found: there is nothing to plan"};
   std::error_code error;
-  if (fs::exists(folder / "plan.json", error))
-    return Error{ErrorCode::usage, shown(folder) + ": holds a plan already; remove it or name another folder"};
   fs::create_directories(folder, error);
+  if (error) return Error{ErrorCode::io, shown(folder) + ": " + error.message()};
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (name == "plan.json" || name.starts_with("shard-"))
+      return Error{ErrorCode::usage,
+                   shown(folder) + ": holds a plan already (" + shown(name) + "); remove the folder or name another"};
+  }
   if (error) return Error{ErrorCode::io, shown(folder) + ": " + error.message()};
   std::vector<double> seconds;
   for (const Asset& asset : assets) seconds.push_back(guess_cost(asset).seconds);
@@ -114,11 +132,12 @@ Result<FarmPlan> open_plan(const fs::path& folder) {
 
 ShardState state_of(const FarmPlan& plan, const Shard& shard) {
   ShardState state;
-  if (const Json report = read_json(plan.file(shard.number, ".report.json")); is_whole(report)) {
+  if (const Json report = read_json(plan.file(shard.number, ".report.json")); is_whole(report, plan, shard)) {
     state.done = state.started = true;
-    state.ended = report["files"].size();
+    state.ended = shard.assets;
     const Json& totals = report["totals"];
-    state.failed = totals.value("failed", size_t{0}) + totals.value("failed_before", size_t{0});
+    state.failed =
+        totals.value("failed", size_t{0}) + totals.value("failed_before", size_t{0}) + report["errors"].size();
     return state;
   }
   std::ifstream events(plan.file(shard.number, ".events.jsonl"));
@@ -132,6 +151,18 @@ ShardState state_of(const FarmPlan& plan, const Shard& shard) {
   return state;
 }
 
+bool take_report(const FarmPlan& plan, const Shard& shard, const std::string& name) {
+  const bool is_done = is_whole(read_json(name + ".json"), plan, shard);
+  std::error_code error;
+  for (const char* extension : {".json", ".html"}) {
+    const fs::path made = name + extension;
+    if (is_done || !state_of(plan, shard).done)
+      fs::rename(made, plan.file(shard.number, ".report").string() + extension, error);
+    else fs::remove(made, error);
+  }
+  return is_done;
+}
+
 Json merged_report(const FarmPlan& plan) {
   Json merged{{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"seconds", 0.0}};
   Totals totals;
@@ -139,7 +170,7 @@ Json merged_report(const FarmPlan& plan) {
   double seconds = 0;
   for (const Shard& shard : plan.shards) {
     const Json report = read_json(plan.file(shard.number, ".report.json"));
-    if (!is_whole(report)) {
+    if (!is_whole(report, plan, shard)) {
       totals.assets += shard.assets, totals.not_run += shard.assets;
       errors.push_back({{"error", shown(plan.file(shard.number, ".json")) +
                                       ": this shard is not done: " + std::to_string(shard.assets) + " assets"},

@@ -35,12 +35,16 @@ Result<FarmPlan> open_plan(const std::filesystem::path& folder);  // Errors: io,
 
 // How far a shard is, as its files tell.
 struct ShardState {
-  bool done = false;  // its report is there, and says of every asset what became of it
+  bool done = false;  // its report is there, and says of each asset, and of no other, what became of it
   bool started = false;
   size_t ended = 0;  // assets
   size_t failed = 0;
 };
 ShardState state_of(const FarmPlan& plan, const Shard& shard);
+
+// Makes what a run of the shard wrote to `name`.json and .html the shard's report, unless that run was broken off and
+// there is a whole one. Whether it is whole.
+bool take_report(const FarmPlan& plan, const Shard& shard, const std::string& name);
 
 // One report of all shards; assets of shards that are not done count as not run.
 Json merged_report(const FarmPlan& plan);

@@ -24,19 +24,20 @@ class Collection {
     add(request_.inputs, request_.output, request_.settings);
     for (const std::string& path : request_.manifests)
       if (auto fault = add_manifest(path)) return *std::move(fault);
-    // Where exactly one file is named, -o may name its sidecar.
+    // By its name alone, so that what a list or a pattern yields does not decide whether it is a file or a folder.
     const std::string& output = request_.output;
     const bool one_file = request_.manifests.empty() && request_.inputs.size() == 1 && assets_.assets.size() == 1 &&
                           !fs::is_directory(request_.inputs[0], ignored);
-    if (one_file && !output.empty() && output.back() != '/' && !fs::is_directory(output, ignored)) {
+    const bool names_sidecar = has_extension(output, kSidecarExtensions) && !fs::is_directory(output, ignored);
+    if (names_sidecar && one_file) {
       const fs::path folder = fs::path(output).parent_path();
       if (!folder.empty() && !fs::is_directory(folder, ignored))
         return Error{ErrorCode::usage, shown(output) + ": its folder does not exist"};
       assets_.assets[0].output = output;
-    } else if (!output.empty() && !fs::is_directory(output, ignored) &&
-               (fs::exists(output, ignored) || fs::path(output).extension() == ".vcd")) {
-      return Error{ErrorCode::usage,
-                   shown(output) + ": not a folder; for several meshes -o names the folder of the sidecars"};
+    } else if (names_sidecar || (fs::exists(output, ignored) && !fs::is_directory(output, ignored))) {
+      return Error{ErrorCode::usage, shown(output) +
+                                         ": not a folder; -o names the folder of the sidecars, or for one "
+                                         "mesh its sidecar, which ends in .vcd"};
     }
     if (auto fault = check_outputs()) return *std::move(fault);
     return std::move(assets_);
@@ -50,6 +51,7 @@ class Collection {
       assets_.assets.push_back({std::move(file.path), sidecar, settings});
     }
     assets_.errors.insert(assets_.errors.end(), found.errors.begin(), found.errors.end());
+    assets_.empty_folders.insert(assets_.empty_folders.end(), found.empty_folders.begin(), found.empty_folders.end());
     assets_.other_files += found.other_files;
     assets_.named_again += found.named_again;
     std::error_code ignored;
@@ -114,8 +116,8 @@ void add_asset_request(CLI::App& app, AssetRequest& request) {
   app.add_option("--manifest", request.manifests, "A library as a JSON file, with settings for single assets")
       ->type_name("FILE");
   app.add_option("-o,--output", request.output,
-                 "Sidecar to write, or folder to write to, where those of a folder are mirrored (default: beside each "
-                 "mesh, MESH.vcd)")
+                 "Folder to write to, where the sidecars of a folder are mirrored; for one mesh also its sidecar, "
+                 "NAME.vcd\n(default: beside each mesh, MESH.vcd)")
       ->type_name("PATH");
 }
 

@@ -163,8 +163,7 @@ class Batch {
     Record& record = record_of(grant);
     record.fate = fate;
     std::error_code error;
-    if (fate == Fate::failed && std::filesystem::exists(asset.output, error))
-      record.old_sidecar = "of what the asset was before";
+    if (fate == Fate::failed && std::filesystem::exists(asset.output, error)) record.old_sidecar = "from before";
     ++ended_;
     Json event{{"event", "ended"}};
     event.update(record_json(asset, record));

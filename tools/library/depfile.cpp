@@ -27,6 +27,8 @@ std::optional<Error> write_depfile(const std::filesystem::path& path, const std:
   std::string text = escaped(target) + ":";
   for (const std::filesystem::path& file : files) text += " \\\n  " + escaped(file);
   text += "\n";
+  // A rule for each but the mesh, so that Make does not want one that is gone and not named any more.
+  for (size_t i = 1; i < files.size(); ++i) text += escaped(files[i]) + ":\n";
   for (const std::filesystem::path& file : files)
     if (file.native().find_first_of("\r\n") != std::string::npos)
       return Error{ErrorCode::unsupported, shown(path) + ": a dependency file cannot hold the name " + shown(file)};

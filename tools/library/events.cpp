@@ -15,13 +15,14 @@ Result<Events> Events::open(const std::string& path, bool go_on) {
   Events events;
   if (path == "-") events.file_.reset(stdout);
   else if (!path.empty()) events.file_.reset(std::fopen(path.c_str(), go_on ? "ae" : "we"));
+  if (go_on && events.file_ && std::ftell(events.file_.get()) > 0)
+    std::fputc('\n', events.file_.get());  // a run that was killed may have left half a line
   if (!path.empty() && !events.file_) return Error{ErrorCode::io, shown(path) + ": " + std::strerror(errno)};
   return events;
 }
 
 void Events::say(Json event) {
   if (!file_) return;
-  // A run that was killed may have left half a line; an empty one does no harm.
   const std::string line = event.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
   std::fwrite(line.data(), 1, line.size(), file_.get());
   std::fflush(file_.get());

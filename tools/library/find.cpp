@@ -31,7 +31,10 @@ class Search {
     if (stat(path.c_str(), &status) == 0) {
       if (!S_ISDIR(status.st_mode)) return add(path, path.filename());
       folders_.clear();  // a folder that is named twice is entered twice: its files are known by then
-      return folder(path, {});
+      const size_t before = found_.files.size() + found_.named_again;
+      folder(path, {});
+      if (found_.files.size() + found_.named_again == before) found_.empty_folders.push_back(path);
+      return;
     }
     const int reason = errno;
     if (!is_pattern(text)) return fail(path, reason);
@@ -61,6 +64,8 @@ class Search {
 
   void add(const fs::path& path, const fs::path& below) {
     struct stat status {};
+    if (has_extension(path, kSidecarExtensions) && !has_extension(path, extensions_))
+      return void(++found_.other_files);  // of a shell's pattern, say, when the meshes beside it have been baked
     if (stat(path.c_str(), &status) != 0) return fail(path, errno);
     if (!files_.insert(place_of(path)).second) return void(++found_.named_again);
     found_.files.push_back({path, below});
@@ -98,11 +103,16 @@ class Search {
     }
   }
 
+  void add_match(const fs::path& path, const fs::path& below) {
+    if (has_extension(path, extensions_)) add(path, below);
+    else ++found_.other_files;
+  }
+
   void match(const fs::path& path, const fs::path& below, fs::path::iterator component, const fs::path::iterator end) {
     if (component == end) {
       std::error_code error;
-      if (fs::is_directory(path, error)) return;
-      return add(path, below);
+      if (!fs::is_directory(path, error)) add_match(path, below);
+      return;
     }
     const bool any_depth = *component == "**";
     const auto next = std::next(component);
@@ -113,7 +123,7 @@ class Search {
       if (any_depth) {
         // Not through links: patterns have no memory of the folders that they entered.
         if (is_folder && !fs::is_symlink(path / name, error)) match(path / name, below / name, component, end);
-        if (!is_folder && next == end) add(path / name, below / name);
+        if (!is_folder && next == end) add_match(path / name, below / name);
       } else if (fnmatch(component->c_str(), name.c_str(), FNM_PERIOD) == 0 && (is_folder || next == end)) {
         match(path / name, below / name, next, end);
       }

@@ -19,13 +19,14 @@ struct FoundFile {
 struct Found {
   std::vector<FoundFile> files;  // each path once, however often it was named; folders in the order of names
   std::vector<Error> errors;     // what was named and is not there, cannot be read, or matches nothing; code io
-  size_t other_files = 0;        // passed over in folders for their extension
-  size_t named_again = 0;        // found a second time, by another input
+  std::vector<std::filesystem::path> empty_folders;  // that were named and have no such file
+  size_t other_files = 0;                            // passed over for their extension
+  size_t named_again = 0;                            // found a second time, by another input
 };
 
-// Finds the files that `inputs` name: a file (whatever its extension), a folder (everything below it with one of the
-// `extensions`, without their dots and in any case), or a pattern where no such file exists: * ? [ ] within a
-// component, ** for any number of folders.
+// Finds the files that `inputs` name: a file (whatever its extension, but for that of sidecars where meshes are looked
+// for), a folder (everything below it with one of the `extensions`, without their dots and in any case), or a pattern
+// where no such file exists, for files with these extensions: * ? [ ] within a component, ** for any number of folders.
 //
 // Links are followed; each folder is entered once, so a loop of links ends, and a file in it has one path. A link to a
 // file is a file of its own. Names that begin with a dot are passed over below folders and by patterns. Names may hold

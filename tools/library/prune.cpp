@@ -16,7 +16,8 @@ bool is_ours(const fs::path& path) {
   if (!file) return false;
   std::vector<Finding> findings;
   const auto contents = read_sidecar(file->bytes(), CheckLevel::full, findings);
-  return contents && provenance_value(*contents, "baker").starts_with("vc-bake ");
+  return contents && provenance_value(*contents, "baker").starts_with("vc-bake ") &&
+         !provenance_value(*contents, "source").empty();  // entries of a cache have none
 }
 
 }  // namespace

@@ -44,6 +44,9 @@ Json report_json(const std::vector<Asset>& assets, const std::vector<Record>& re
 }
 
 std::optional<Error> write_report(const std::string& name, const Json& report) {
+  std::error_code ignored;
+  if (const auto folder = std::filesystem::path(name).parent_path(); !folder.empty())
+    std::filesystem::create_directories(folder, ignored);
   if (auto fault = write_text(name + ".json", report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"))
     return fault;
   return write_text(name + ".html", report_page(report));

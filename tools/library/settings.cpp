@@ -40,6 +40,7 @@ void add_settings(CLI::App& app, BakeSettings& settings) {
                  "unclassified, and the result depends on the machine (default: none)")
       ->check(CLI::Range(0.1, 1e9));
   add_method_options(app, settings.bake);
+  app.get_option("--method")->each([&](const std::string&) { settings.method_named = true; });
   app.add_option(
          "--audit", settings.audit_lines,
          "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
@@ -74,6 +75,7 @@ Result<BakeSettings> changed(const BakeSettings& base, const Json& members) {
   } catch (const CLI::ParseError& error) {
     return Error{ErrorCode::usage, std::string("settings: ") + error.what()};
   }
+  if (base.method_named && !members.contains("method")) settings.bake.method = base.bake.method;
   return settings;
 }
 

@@ -17,6 +17,7 @@ namespace vcd {
 struct BakeSettings {
   std::string depth = "auto";  // or "1" … "8"
   double budget_mb = 0;        // MiB; 0: none
+  bool method_named = false;   // by --method: then --samples does not mean sampled
   BakeOptions bake;            // method, samples, seed, budget_seconds, embed_geometry; the rest is not a setting
   IngestOptions ingest;
   uint64_t audit_lines = 1000000;

@@ -9,6 +9,11 @@
 namespace vcd::verify {
 namespace {
 
+// What breaks its format will never have a sidecar. Of what could not be read today nobody knows.
+bool is_unusable(const Error& error) {
+  return error.code == ErrorCode::invalid_file || error.code == ErrorCode::unsupported;
+}
+
 class FromLibrary : public MeshSource {
  public:
   FromLibrary(Library& library, const FoundFile& file, const SidecarContents& sidecar)
@@ -44,6 +49,10 @@ class FromLibrary : public MeshSource {
       return outcome.add(IssueId::orphaned, ErrorCode::difference, place,
                          "no asset has its geometry hash " + hex(geometry) + ", or its name");
     const std::vector<size_t> named = by_path_ ? std::vector<size_t>{*by_path_} : by_name_;
+    for (const size_t asset : named)
+      if (const auto& fault = library_.assets()[asset].readings[opaque_parts].fault; fault && !is_unusable(*fault))
+        return outcome.add(IssueId::mesh_unreadable, fault->code, place,
+                           name_of(asset) + ": " + reason(*fault, library_.assets()[asset].file.path));
     outcome.stale_against.insert(outcome.stale_against.end(), named.begin(), named.end());
     std::string assets = name_of(named[0]);
     if (named.size() > 1) assets += " and " + std::to_string(named.size() - 1) + " of the same name";
@@ -128,11 +137,9 @@ class Comparison {
     });
   }
 
-  // What breaks its format will never have a sidecar. Of what could not be read today nobody knows.
   static void add_unusable(Outcome& outcome, const std::string& mesh, const Error& error,
                            const std::filesystem::path& path) {
-    const bool is_unusable = error.code == ErrorCode::invalid_file || error.code == ErrorCode::unsupported;
-    outcome.add(is_unusable ? IssueId::unusable_asset : IssueId::unreadable_asset, error.code, mesh,
+    outcome.add(is_unusable(error) ? IssueId::unusable_asset : IssueId::unreadable_asset, error.code, mesh,
                 reason(error, path));
   }
 
