@@ -166,6 +166,7 @@ int run(const Options& options) {
     note(write_depfile(options.depfile, assets[0].output, files));
   }
   events->say({{"event", "run-ended"}, {"totals", totals_json(totals_of(records))}, {"seconds", run.seconds}});
+  if (events->failed()) note(Error{ErrorCode::io, shown(options.events) + ": not all events could be written"});
   const bool as_json = options.common.format == OutputFormat::json;
   if (as_json || !options.report.empty()) {
     const Json report = report_json(assets, records, run);
@@ -235,10 +236,10 @@ void add_run_options(CLI::App& app, Options& options) {
       ->check(CLI::Range(0, 1024));
   app.add_option("--memory-mb", options.memory_mb,
                  "MiB that all processes together may take (default: four fifths of what is free)")
-      ->check(CLI::Range(256.0, 1e9));
+      ->check(NumberRange(256.0, 1e9));
   app.add_option("--time-limit", options.time_limit,
                  "Seconds that one asset may take before it is given up; 0: no limit (default: 14400)")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(NumberRange(0.0, 1e9));
   app.add_flag(
       "--update", options.update,
       "Leave alone what is up to date: sidecars of the same content, settings and baker. Times of files do not count");

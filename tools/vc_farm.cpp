@@ -292,7 +292,7 @@ int main(int argc, char** argv) {
   slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")
       ->check(CLI::Range(1u, 1000u));
   slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")
-      ->check(CLI::Range(0.1, 3600.0));
+      ->check(NumberRange(0.1, 3600.0));
   slurm->add_flag("--detach", options.detach, "Only submit");
   CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");
   for (CLI::App* const sub : {slurm, merge_command})

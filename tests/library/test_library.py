@@ -400,6 +400,12 @@ class Trouble(Case):
         plan = subprocess.run([BIN / "vc-farm", "plan", self.folder / "plan", self.library], capture_output=True, text=True, timeout=60)
         self.assertEqual(plan.returncode, 0, plan.stderr)
 
+    def test_events_that_cannot_be_written_and_numbers_that_are_none(self):
+        self.mesh("a.obj")
+        for option in ("--budget-mb", "--budget-seconds", "--time-limit", "--memory-mb"):
+            self.assertIn("nan is not a number", self.bake(self.library, option, "nan", code=1).stderr)
+        self.assertIn("not all events could be written", self.bake(self.library, "-q", "--events", "/dev/full", code=9).stderr)
+
     def test_closed_streams_and_a_hang_up_that_is_ignored(self):
         self.mesh("a.obj")
         command = " ".join(["exec", str(BIN / "vc-bake"), f"'{self.library}' --audit 0"])

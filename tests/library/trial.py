@@ -95,6 +95,8 @@ class Trial:
         random.seed(1)
         ours = [f for f in self.good_assets(report) if not str(self.path_of(f)).startswith(str(self.library / "real")) and f["bytes"] > 0]
         changed = random.sample([f for f in ours if self.path_of(f).suffix in (".obj", ".ply", ".stl", ".glb", ".off")], min(5, len(ours)))
+        if not changed:
+            raise SystemExit("trial failed: no mesh of our own to change; raise --assets")
         for i, f in enumerate(changed):
             path = self.path_of(f)
             path.write_bytes(make_library.WRITERS[path.suffix](*make_library.shape(10 ** 6 + i)))

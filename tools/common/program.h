@@ -1,6 +1,7 @@
 // What every vcd program does alike: options, help, exit codes, lists of files, interruption.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <string>
 #include <vector>
@@ -16,6 +17,17 @@ inline constexpr int kExitBatch = 9;  // some of several inputs failed
 inline int exit_code(ErrorCode code) { return static_cast<int>(code); }
 
 enum class OutputFormat { text, json };
+
+// Of numbers from `least` to `most`. CLI::Range alone takes NaN, which is neither less nor more.
+class NumberRange : public CLI::Range {
+ public:
+  NumberRange(double least, double most) : CLI::Range(least, most) {
+    func_ = [in_range = func_](std::string& text) {
+      double number = 0;
+      return CLI::detail::lexical_cast(text, number) && std::isnan(number) ? text + " is not a number" : in_range(text);
+    };
+  }
+};
 
 struct CommonOptions {
   bool quiet = false;

@@ -19,6 +19,7 @@ class Events {
   static Result<Events> open(const std::string& path, bool go_on);
 
   void say(Json event);  // with "event" first; flushed, so that who reads along misses nothing
+  bool failed() const { return file_ && std::ferror(file_.get()); }  // a full disk, say
 
  private:
   struct Close {

@@ -3,6 +3,7 @@
 #include <map>
 
 #include "common/method_options.h"
+#include "common/program.h"
 
 namespace vcd {
 BakeOptions BakeSettings::bake_options() const {
@@ -34,11 +35,11 @@ void add_settings(CLI::App& app, BakeSettings& settings) {
   app.add_option(
          "--budget-mb", settings.budget_mb,
          "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
-      ->check(CLI::Range(0.02, 1e6));
+      ->check(NumberRange(0.02, 1e6));
   app.add_option("--budget-seconds", settings.bake.budget_seconds,
                  "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
                  "unclassified, and the result depends on the machine (default: none)")
-      ->check(CLI::Range(0.1, 1e9));
+      ->check(NumberRange(0.1, 1e9));
   add_method_options(app, settings.bake);
   app.get_option("--method")->each([&](const std::string&) { settings.method_named = true; });
   app.add_option(

@@ -124,7 +124,7 @@ void add_scene_options(CLI::App& app, SceneOptions& options) {
       ->type_name("x|y|z")
       ->group("Mesh files");
   app.add_option("--turn", options.turn_degrees, "Degrees to turn the object on the spot (default: 0)")
-      ->check(CLI::Range(-3600.0, 3600.0))
+      ->check(NumberRange(-3600.0, 3600.0))
       ->group("Mesh files");
 }
 
