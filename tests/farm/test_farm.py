@@ -14,8 +14,8 @@ import unittest
 
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "library")]
 import make_library
+from library_case import processes_of
 from slurm_cluster import SlurmCluster
-from test_library import processes_of
 
 BIN = pathlib.Path(os.environ["VCD_BIN"])
 SETTINGS = ("--depth", "3", "--audit", "9000")

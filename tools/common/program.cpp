@@ -93,11 +93,10 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   // Were one of the standard streams closed, the next file or pipe would be taken for it.
-  for (int stream; (stream = open("/dev/null", O_RDWR)) >= 0;)
-    if (stream > STDERR_FILENO) {
-      close(stream);
-      break;
-    }
+  int stream = 0;
+  do stream = open("/dev/null", O_RDWR);
+  while (stream >= 0 && stream <= STDERR_FILENO);
+  close(stream);
   try {
     std::vector<std::string> arguments = expand_lists(argc, argv);
     app.name(std::string(argv[0]).substr(std::string(argv[0]).find_last_of('/') + 1));

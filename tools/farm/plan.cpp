@@ -153,11 +153,11 @@ ShardState state_of(const FarmPlan& plan, const Shard& shard) {
 
 bool take_report(const FarmPlan& plan, const Shard& shard, const std::string& name) {
   const bool is_done = is_whole(read_json(name + ".json"), plan, shard);
+  const bool is_kept = is_done || !state_of(plan, shard).done;
   std::error_code error;
   for (const char* extension : {".json", ".html"}) {
     const fs::path made = name + extension;
-    if (is_done || !state_of(plan, shard).done)
-      fs::rename(made, plan.file(shard.number, ".report").string() + extension, error);
+    if (is_kept) fs::rename(made, plan.file(shard.number, ".report").string() + extension, error);
     else fs::remove(made, error);
   }
   return is_done;
