@@ -18,7 +18,7 @@ function(vcd_describe_program program summary)
   file(MAKE_DIRECTORY ${share}/man/man1)
   add_custom_command(
     OUTPUT ${page}
-    COMMAND ${VCD_HELP2MAN} --no-info --name=${summary} --version-string=${PROJECT_VERSION} --help-option=--help-all
+    COMMAND ${VCD_HELP2MAN} --no-info --name=${summary} --version-string=${PROJECT_VERSION} ${ARGN}
             --output=${page} $<TARGET_FILE:${program}>
     DEPENDS ${program}
     COMMENT "Man page of ${program}"

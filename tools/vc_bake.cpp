@@ -2,27 +2,32 @@
 #include <sched.h>
 #include <unistd.h>
 
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 
+#include <vcd/library/assets.h>
+#include <vcd/library/batch.h>
+#include <vcd/library/prune.h>
+#include "bake/console.h"
+#include "bake/depfile.h"
+#include "bake/events.h"
+#include "bake/options.h"
+#include "bake/report.h"
 #include "common/memory.h"
 #include "common/paths.h"
+#include "common/plan_report.h"
 #include "common/program.h"
-#include "common/progress.h"
-#include "library/asset_summary.h"
-#include "library/assets.h"
-#include "library/batch.h"
-#include "library/console.h"
-#include "library/depfile.h"
-#include "library/prune.h"
-#include "library/report.h"
+#include "common/readable.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::tools;
+using namespace vcd::library;
 
 struct Options {
   CommonOptions common;
@@ -120,108 +125,138 @@ std::optional<Error> check_written(const Options& options, const std::vector<Ass
   return std::nullopt;
 }
 
+int fail(const Error& error) {
+  print_error(error.message);
+  return exit_code(error.code);
+}
+
+// The files of the run beside the sidecars, once it has ended. The codes of those that cannot be written.
+std::vector<int> write_files(const Options& options, const std::vector<Asset>& assets,
+                             const std::vector<Record>& records, const RunReport& run) {
+  std::vector<int> codes;
+  const auto note = [&](const std::optional<Error>& fault) {
+    if (fault) codes.push_back(fail(*fault));
+  };
+  if (!options.depfile.empty() && records[0].ok()) {
+    std::vector<fs::path> files = {assets[0].input};
+    for (const fs::path& source : records[0].outcome.baked.sources)
+      files.push_back(assets[0].input.parent_path() / source);
+    note(write_depfile(options.depfile, assets[0].output, files));
+  }
+  const bool as_json = options.common.format == OutputFormat::json;
+  if (!as_json && options.report.empty()) return codes;
+  const Json report = report_json(assets, records, run);
+  if (as_json) print_json(report);
+  if (!options.report.empty()) note(write_report(options.report, report));
+  return codes;
+}
+
+// Bakes what is to be baked, or with --dry-run only finds out what that is. Error: the events' file cannot be opened.
+Result<std::vector<Record>> bake(const Options& options, const std::vector<Asset>& assets, bool& events_are_whole) {
+  const BatchOptions batch = batch_options(options);
+  auto events = Events::open(options.dry_run ? "" : options.events, options.resume);
+  if (!events) return events.error();
+  std::vector<Record> records = look_at(assets, batch);
+  if (options.dry_run) return records;
+  const auto start = std::chrono::steady_clock::now();
+  events->say({{"event", "run-started"},
+               {"tool", "vc-bake"},
+               {"version", VCD_VERSION},
+               {"assets", assets.size()},
+               {"up_to_date", totals_of(records).up_to_date}});
+  const auto console = make_console(options.common, options.verbose);
+  run_batch(assets, records, batch, std::array<BatchListener*, 2>{&*events, console.get()});
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  events->say({{"event", "run-ended"}, {"totals", totals_json(totals_of(records))}, {"seconds", seconds.count()}});
+  events_are_whole = !events->failed();
+  return records;
+}
+
+// The exit code of each input and each asset.
+std::vector<int> codes_of(const std::vector<Error>& errors, const std::vector<Record>& records) {
+  std::vector<int> codes;
+  for (const Error& error : errors) codes.push_back(exit_code(error.code));
+  for (const Record& record : records) codes.push_back(record.outcome.code);
+  return codes;
+}
+
 int run(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   catch_interruptions();
   auto found = collect_assets(options.request);
-  if (!found) return print_error(found.error().message), exit_code(found.error().code);
+  if (!found) return fail(found.error());
   const std::vector<Asset>& assets = found->assets;
-  if (!options.depfile.empty() && assets.size() != 1)
-    return print_error("--depfile is for one asset"), exit_code(ErrorCode::usage);
-  if (const auto fault = check_written(options, assets)) return print_error(fault->message), exit_code(fault->code);
+  if (!options.depfile.empty() && assets.size() != 1) return fail({ErrorCode::usage, "--depfile is for one asset"});
+  if (const auto fault = check_written(options, assets)) return fail(*fault);
+  if (assets.empty() && found->errors.empty()) found->errors.push_back({ErrorCode::io, "no mesh file found"});
   for (const Error& error : found->errors) print_error(error.message);
-  if (assets.empty() && found->errors.empty())
-    print_error("no mesh file found"), found->errors.push_back({ErrorCode::io, "no mesh file found"});
 
-  const BatchOptions batch = batch_options(options);
-  auto events = Events::open(options.dry_run ? "" : options.events, options.resume);
-  if (!events) return print_error(events.error().message), exit_code(events.error().code);
-  std::vector<Record> records = look_at(assets, batch);
-  if (!options.dry_run) {
-    events->say({{"event", "run-started"},
-                 {"tool", "vc-bake"},
-                 {"version", VCD_VERSION},
-                 {"assets", assets.size()},
-                 {"up_to_date", totals_of(records).up_to_date}});
-    run_batch(assets, records, batch, *make_console(options.common, options.verbose), *events);
-  }
+  bool events_are_whole = true;
+  const auto records = bake(options, assets, events_are_whole);
+  if (!records) return fail(records.error());
   RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files,
                 found->named_again};
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   run.dry_run = options.dry_run;
-
-  std::vector<int> codes;
-  for (const Error& error : run.errors) codes.push_back(exit_code(error.code));
-  for (const Record& record : records) {
-    codes.push_back(record.outcome.code);
+  for (const Record& record : *records)
     if (record.fate == Fate::not_run) print_error(record.outcome.message);
-  }
   if (interrupted()) print_error("interrupted");
-  const auto note = [&](const std::optional<Error>& fault) {
-    if (fault) print_error(fault->message), codes.push_back(exit_code(fault->code));
-  };
-  if (!options.depfile.empty() && records[0].ok()) {
-    std::vector<fs::path> files = {assets[0].input};
-    for (const fs::path& source : records[0].outcome.sources) files.push_back(assets[0].input.parent_path() / source);
-    note(write_depfile(options.depfile, assets[0].output, files));
-  }
-  events->say({{"event", "run-ended"}, {"totals", totals_json(totals_of(records))}, {"seconds", run.seconds}});
-  if (events->failed()) note(Error{ErrorCode::io, shown(options.events) + ": not all events could be written"});
-  const bool as_json = options.common.format == OutputFormat::json;
-  if (as_json || !options.report.empty()) {
-    const Json report = report_json(assets, records, run);
-    if (as_json) print_json(report);
-    if (!options.report.empty()) note(write_report(options.report, report));
-  }
-  if (!as_json && !options.common.quiet && options.dry_run) print_dry_run(assets, records, run);
-  if (!as_json && !options.common.quiet && !options.dry_run && assets.size() > 1) print_totals(totals_of(records), run);
+  std::vector<int> codes = codes_of(run.errors, *records);
+  if (!events_are_whole)
+    codes.push_back(fail({ErrorCode::io, shown(options.events) + ": not all events could be written"}));
+  for (const int code : write_files(options, assets, *records, run)) codes.push_back(code);
+  if (options.common.quiet || options.common.format == OutputFormat::json) return batch_exit_code(codes);
+  if (options.dry_run) print_dry_run(assets, *records, run);
+  else if (assets.size() > 1) print_totals(totals_of(*records), run);
   return batch_exit_code(codes);
+}
+
+// --plan of one object. Its part of the report; `code` is set where it fails.
+Json plan_object(const Options& options, const Asset& asset, SourceMesh&& mesh, int& code) {
+  const std::string name = printable(mesh.name);
+  const uint32_t index = mesh.source_index;
+  BakeOptions bake_options = asset.settings.bake_options();
+  bake_options.threads = options.threads;
+  bake_options.stop = interrupted;
+  const auto prepared = prepare(std::move(mesh));
+  const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
+  if (!planned) {
+    const std::string message = shown(asset.input) + ": " + planned.error().message;
+    code = fail({planned.error().code, message});
+    return {{"source_index", index}, {"name", name}, {"error", message}, {"exit_code", code}};
+  }
+  if (options.common.format == OutputFormat::text) {
+    std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(),
+                prepared->triangles.size());
+    print_plan(*planned);
+  }
+  return {{"source_index", index},
+          {"name", prepared->name},
+          {"triangle_count", prepared->triangles.size()},
+          {"plan", describe_plan(*planned)}};
 }
 
 // --plan: forecasts, no files.
 int run_plan(const Options& options) {
   catch_interruptions();
   const auto found = collect_assets(options.request);
-  if (!found) return print_error(found.error().message), exit_code(found.error().code);
+  if (!found) return fail(found.error());
   std::vector<int> codes;
   Json all = Json::array();
-  const auto fail = [&](const fs::path& input, const Error& error) {
-    print_error(error.message);
-    codes.push_back(exit_code(error.code));
+  const auto add_failed = [&](const fs::path& input, const Error& error) {
+    codes.push_back(fail(error));
     all.push_back({{"input", path_to_json(input)}, {"error", error.message}, {"exit_code", codes.back()}});
   };
-  for (const Error& error : found->errors) fail("", error);
+  for (const Error& error : found->errors) add_failed("", error);
   for (const Asset& asset : found->assets) {
-    auto ingested = ingest_isolated(asset.input, asset.settings.ingest);
+    auto ingested = ingest_isolated(asset.input, asset.settings.ingest_options());
     if (!ingested) {
-      fail(asset.input, ingested.error());
+      add_failed(asset.input, ingested.error());
       continue;
     }
     Json objects = Json::array();
     int code = kExitOk;
-    for (SourceMesh& mesh : ingested->meshes) {
-      const std::string name = printable(mesh.name);
-      const uint32_t index = mesh.source_index;
-      BakeOptions bake_options = asset.settings.bake_options();
-      bake_options.threads = options.threads;
-      bake_options.stop = interrupted;
-      const auto prepared = prepare(std::move(mesh));
-      const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
-      if (!planned) {
-        const std::string message = shown(asset.input) + ": " + planned.error().message;
-        print_error(message);
-        code = exit_code(planned.error().code);
-        objects.push_back({{"source_index", index}, {"name", name}, {"error", message}, {"exit_code", code}});
-        continue;
-      }
-      Json object{{"source_index", index}, {"name", prepared->name}, {"triangle_count", prepared->triangles.size()}};
-      object["plan"] = describe_plan(*planned);
-      objects.push_back(object);
-      if (options.common.format == OutputFormat::json) continue;
-      std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(),
-                  prepared->triangles.size());
-      print_plan(*planned);
-    }
+    for (SourceMesh& mesh : ingested->meshes) objects.push_back(plan_object(options, asset, std::move(mesh), code));
     codes.push_back(code);
     all.push_back({{"input", path_to_json(asset.input)}, {"objects", objects}});
   }

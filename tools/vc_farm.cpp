@@ -8,6 +8,8 @@
 
 #include <unistd.h>
 
+#include "bake/options.h"
+#include "bake/report.h"
 #include "common/paths.h"
 #include "common/program.h"
 #include "common/progress.h"
@@ -15,12 +17,14 @@
 #include "farm/plan.h"
 #include "farm/slurm.h"
 #include "farm/this_program.h"
-#include "library/report.h"
 
 namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::tools;
+using namespace vcd::library;
+using namespace vcd::farm;
 
 struct Options {
   CommonOptions common;
@@ -96,20 +100,20 @@ int run_shard(const Options& options, const std::vector<std::string>& bake_optio
   return *code == kExitOk ? exit_code(ErrorCode::runtime) : *code;
 }
 
-struct Standing {
+struct Progress {
   size_t shards_done = 0, assets = 0, ended = 0, failed = 0;
-  std::vector<unsigned> open;  // shards that are not done
+  std::vector<unsigned> unfinished;  // shards that are not done
 
   void add(const Shard& shard, const ShardState& state) {
     shards_done += state.done;
     assets += shard.assets;
     ended += std::min(state.ended, shard.assets);
     failed += state.failed;
-    if (!state.done) open.push_back(shard.number);
+    if (!state.done) unfinished.push_back(shard.number);
   }
 };
 
-std::string readable(const FarmPlan& plan, const Standing& s) {
+std::string readable(const FarmPlan& plan, const Progress& s) {
   return std::to_string(s.shards_done) + "/" + std::to_string(plan.shards.size()) + " shards, " +
          std::to_string(s.ended) + "/" + std::to_string(s.assets) + " assets" +
          (s.failed ? ", " + std::to_string(s.failed) + " failed" : "");
@@ -119,10 +123,10 @@ int show_status(const Options& options) {
   const auto plan = open_plan(options.plan);
   if (!plan) return fail(plan.error());
   Json shards = Json::array();
-  Standing standing;
+  Progress progress;
   for (const Shard& shard : plan->shards) {
     const ShardState state = state_of(*plan, shard);
-    standing.add(shard, state);
+    progress.add(shard, state);
     const char* const word = state.done ? "done" : state.started ? "begun" : "not begun";
     shards.push_back({{"number", shard.number},
                       {"state", word},
@@ -135,7 +139,7 @@ int show_status(const Options& options) {
   }
   if (options.common.format == OutputFormat::json)
     print_json({{"tool", "vc-farm"}, {"version", VCD_VERSION}, {"shards", shards}});
-  else std::printf("%s\n", readable(*plan, standing).c_str());
+  else std::printf("%s\n", readable(*plan, progress).c_str());
   return kExitOk;
 }
 
@@ -168,30 +172,20 @@ class SlurmRun {
 
   int run() {
     catch_interruptions();
-    for (std::set<unsigned> missing_before; !interrupted();
-         std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
+    for (; !interrupted(); std::this_thread::sleep_for(std::chrono::duration<double>(options_.poll))) {
       const auto queue = slurm_.queue();
-      const Standing standing = look();  // after the queue: what left it has written its report
-      if (standing.open.empty()) break;
+      const Progress progress = look();  // after the queue: what left it has written its report
+      if (progress.unfinished.empty()) break;
       if (!queue) {
         note_once(queue.error().message);
         continue;
       }
       if (!queue->held.empty())
         note_once(std::to_string(queue->held.size()) + " shards are held by Slurm: scontrol release lets them go");
-      // A report may take a moment to be seen from here, on a folder that is shared: only what is missing twice since
-      // it was submitted is lost.
-      std::vector<unsigned> lost;
-      std::set<unsigned> missing;
-      for (const unsigned shard : standing.open) {
-        if (queue->shards.contains(shard)) continue;
-        if (submitted_.empty() || missing_before.contains(shard)) lost.push_back(shard);
-        else missing.insert(shard);
-      }
-      missing_before = std::move(missing);
+      const std::vector<unsigned> lost = lost_ones(progress.unfinished, queue->shards);
       if (auto fault = submit(lost)) return fail(*fault);
       if (options_.detach) return kExitOk;
-      line_.show(readable(plan_, standing) + ", " + std::to_string(queue->shards.size()) + " shards in Slurm's queue");
+      line_.show(readable(plan_, progress) + ", " + std::to_string(queue->shards.size()) + " shards in Slurm's queue");
     }
     line_.wipe();
     if (!interrupted()) return merge(plan_, options_);
@@ -200,15 +194,29 @@ class SlurmRun {
   }
 
  private:
+  // Shards that are neither done nor queued. A report may take a moment to be seen from here, on a folder that is
+  // shared: only what is missing twice since it was submitted is lost.
+  std::vector<unsigned> lost_ones(const std::vector<unsigned>& unfinished, const std::set<unsigned>& queued) {
+    std::vector<unsigned> lost;
+    std::set<unsigned> missing;
+    for (const unsigned shard : unfinished) {
+      if (queued.contains(shard)) continue;
+      if (submitted_.empty() || missing_.contains(shard)) lost.push_back(shard);
+      else missing.insert(shard);
+    }
+    missing_ = std::move(missing);
+    return lost;
+  }
+
   // Reports of shards that are done are read once.
-  Standing look() {
-    Standing standing;
+  Progress look() {
+    Progress progress;
     for (const Shard& shard : plan_.shards) {
       ShardState& state = states_[shard.number];
       if (!state.done) state = state_of(plan_, shard);
-      standing.add(shard, state);
+      progress.add(shard, state);
     }
-    return standing;
+    return progress;
   }
 
   std::optional<Error> submit(const std::vector<unsigned>& shards) {
@@ -234,6 +242,7 @@ class SlurmRun {
   ProgressLine line_;
   std::map<unsigned, ShardState> states_;
   std::map<unsigned, unsigned> submitted_;  // how often
+  std::set<unsigned> missing_;              // when the queue was last looked at
   std::string noted_;
 };
 
@@ -250,61 +259,77 @@ int run_slurm(const Options& options) {
   });
 }
 
+struct Commands {
+  CLI::App *plan, *run, *status, *slurm, *merge;
+};
+
+CLI::App* add_command(CLI::App& app, Options& options, const char* name, const char* description) {
+  CLI::App* const command = app.add_subcommand(name, description);
+  command->add_option("plan", options.plan, "Folder of the plan")->required()->type_name("PLAN");
+  return command;
+}
+
+void add_plan_options(CLI::App& command, Options& options) {
+  add_asset_request(command, options.request);
+  command.add_option("--shards", options.shards, "How many, at the most (default: 16)")
+      ->check(CLI::Range(1u, 1000000u));
+  add_settings(command, options.request.settings);
+}
+
+void add_slurm_options(CLI::App& command, Options& options) {
+  const auto pass_on = [&](const char* name, std::vector<std::string>& to, const char* description) {
+    command.add_option(name, to, description)->type_name("OPTION")->expected(1)->take_all();
+  };
+  pass_on("--bake", options.slurm.bake, "An option for vc-bake, such as --bake=--cache=DIR; any number of them");
+  pass_on("--sbatch", options.slurm.arguments,
+          "An option for sbatch, such as --sbatch=--partition=night; any number of them");
+  command.add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")
+      ->check(CLI::Range(1u, 1024u));
+  command.add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")
+      ->check(CLI::Range(1u, 1000u));
+  command.add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")
+      ->check(NumberRange(0.1, 3600.0));
+  command.add_flag("--detach", options.detach, "Submit the shards and exit; do not wait for them");
+}
+
+Commands add_commands(CLI::App& app, Options& options) {
+  app.require_subcommand(1);
+  const Commands commands{
+      add_command(app, options, "plan", "Cut a library into shards"),
+      add_command(app, options, "run",
+                  "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was"),
+      add_command(app, options, "status", "Show how far the shards are"),
+      add_command(app, options, "slurm",
+                  "Submit the shards that are not done to Slurm, follow them, submit again those that a node lost, "
+                  "and merge"),
+      add_command(app, options, "merge", "Make one report of all shards")};
+  add_plan_options(*commands.plan, options);
+  commands.run->add_option("shard", options.shard, "Its number, from 1")->required()->type_name("NUMBER");
+  commands.run->prefix_command();
+  add_slurm_options(*commands.slurm, options);
+  for (CLI::App* const command : {commands.slurm, commands.merge})
+    command->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")
+        ->type_name("NAME");
+  for (CLI::App* const command : {commands.plan, commands.run, commands.status, commands.slurm, commands.merge})
+    add_common_options(*command, options.common);
+  add_common_options(app, options.common);
+  return commands;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Bakes a library over many machines. `plan` cuts it into shards of equal cost, in a folder that all of them "
-      "reach; `run`\n"
-      "bakes one shard, started by whatever starts commands; `slurm` has Slurm do it; `merge` makes one report."};
-  app.require_subcommand(1);
-  const auto subcommand = [&](const char* name, const char* description) {
-    CLI::App* const sub = app.add_subcommand(name, description);
-    sub->add_option("plan", options.plan, "Folder of the plan")->required()->type_name("PLAN");
-    return sub;
-  };
-  CLI::App* const plan = subcommand("plan", "Cut a library into shards");
-  add_asset_request(*plan, options.request);
-  plan->add_option("--shards", options.shards, "How many, at the most (default: 16)")->check(CLI::Range(1u, 1000000u));
-  add_settings(*plan, options.request.settings);
-  CLI::App* const run = subcommand(
-      "run", "Bake one shard; what follows its number goes to vc-bake. Started again, it goes on where it was");
-  run->add_option("shard", options.shard, "Its number, from 1")->required()->type_name("NUMBER");
-  run->prefix_command();
-  CLI::App* const status = subcommand("status", "Show how far the shards are");
-  CLI::App* const slurm =
-      subcommand("slurm", "Submit what is not done to Slurm, follow it, submit again what a node lost, and merge");
-  slurm
-      ->add_option("--bake", options.slurm.bake,
-                   "An option for vc-bake, such as --bake=--cache=DIR; any number of them")
-      ->type_name("OPTION")
-      ->expected(1)
-      ->take_all();
-  slurm
-      ->add_option("--sbatch", options.slurm.arguments,
-                   "An option for sbatch, such as --sbatch=--partition=night; any number of them")
-      ->type_name("OPTION")
-      ->expected(1)
-      ->take_all();
-  slurm->add_option("--threads", options.slurm.threads, "Processors that each shard asks for and uses (default: 1)")
-      ->check(CLI::Range(1u, 1024u));
-  slurm->add_option("--tries", options.tries, "How often a shard is submitted, at the most (default: 3)")
-      ->check(CLI::Range(1u, 1000u));
-  slurm->add_option("--poll", options.poll, "Seconds between questions to Slurm (default: 10)")
-      ->check(NumberRange(0.1, 3600.0));
-  slurm->add_flag("--detach", options.detach, "Only submit");
-  CLI::App* const merge_command = subcommand("merge", "Make one report of all shards");
-  for (CLI::App* const sub : {slurm, merge_command})
-    sub->add_option("--report", options.report, "Write NAME.json and NAME.html (default: PLAN/report)")
-        ->type_name("NAME");
-  for (CLI::App* const sub : {plan, run, status, slurm, merge_command}) add_common_options(*sub, options.common);
-  add_common_options(app, options.common);
+      "Bakes a library on many machines. `plan` cuts it into shards of equal cost, in a folder that all of them reach; "
+      "`run`\n"
+      "bakes one shard, started by any scheduler; `slurm` has Slurm run them all; `merge` makes one report."};
+  const Commands commands = add_commands(app, options);
   return run_program(app, argc, argv, [&] {
-    if (*plan) return make(options);
-    if (*run) return run_shard(options, run->remaining());
-    if (*status) return show_status(options);
-    if (*merge_command) return with_plan(options, [&](const FarmPlan& p) { return merge(p, options); });
+    if (*commands.plan) return make(options);
+    if (*commands.run) return run_shard(options, commands.run->remaining());
+    if (*commands.status) return show_status(options);
+    if (*commands.merge) return with_plan(options, [&](const FarmPlan& p) { return merge(p, options); });
     return run_slurm(options);
   });
 }

@@ -5,15 +5,16 @@
 #include <vcd/format/writer.h>
 #include <vcd/runtime/sidecar.h>
 
+#include <vcd/library/find.h>
 #include "common/describe.h"
 #include "common/paths.h"
 #include "common/program.h"
-#include "common/progress.h"
-#include "library/find.h"
+#include "common/readable.h"
 
 namespace {
 
 using namespace vcd;
+using namespace vcd::tools;
 
 struct Options {
   CommonOptions common;
@@ -89,7 +90,7 @@ int run(const Options& options) {
     print_error("--repack takes one sidecar at a time");
     return exit_code(ErrorCode::usage);
   }
-  if (has_extension(options.repack, mesh_extensions())) {
+  if (library::has_extension(options.repack, mesh_extensions())) {
     print_error(shown(options.repack) + ": is named like a mesh; a sidecar's name ends in .vcd");
     return exit_code(ErrorCode::usage);
   }

@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <filesystem>
 
+#include <vcd/library/find.h>
+
 #include "common/audit_report.h"
 #include "common/paths.h"
 #include "common/program.h"
@@ -12,6 +14,7 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::tools;
 namespace fs = std::filesystem;
 
 struct Options {
@@ -39,8 +42,8 @@ int list_findings(const Options& options) {
 // Why a report must not be written there: over a sidecar or mesh, which is easily done when its name is forgotten.
 std::string fault_of_report(const std::string& path, const Options& options) {
   std::error_code ignored;
-  const fs::path place = place_of(path);
-  if (!may_be_written(path)) return "a report is not a sidecar or a mesh";
+  const fs::path place = library::place_of(path);
+  if (!library::may_be_written(path)) return "a report is not a sidecar or a mesh";
   for (const std::string& input : options.run.inputs)
     if (fs::equivalent(input, path, ignored)) return "is an input, and would be replaced by a report";
   if (!fs::is_directory(place.parent_path(), ignored)) return "its folder does not exist";
@@ -56,7 +59,8 @@ std::string fault_of(Options& options) {
   for (const std::string& report : {options.sarif, options.junit})
     if (const std::string fault = report.empty() ? "" : fault_of_report(report, options); !fault.empty())
       return shown(report) + ": " + fault;
-  if (!options.sarif.empty() && !options.junit.empty() && place_of(options.sarif) == place_of(options.junit))
+  if (!options.sarif.empty() && !options.junit.empty() &&
+      library::place_of(options.sarif) == library::place_of(options.junit))
     return shown(options.sarif) + ": two reports for one file";
   return {};
 }
@@ -75,6 +79,18 @@ int write_reports(const Options& options, const verify::Run& run) {
   return code;
 }
 
+// Its faults on standard error; on standard output what a person wants to see of it.
+void print_outcome(const verify::Outcome& outcome, bool quiet) {
+  const std::string name = shown(outcome.path) + ": ";
+  for (const verify::Issue& issue : outcome.issues) {
+    if (issue.severity == Severity::error) print_error(name + issue.text());
+    if (issue.severity == Severity::warning && !quiet) print_note(name + issue.text());
+  }
+  if (quiet) return;
+  std::fputs(verify::text_of(outcome).c_str(), stdout);
+  if (outcome.subject == verify::Subject::sidecar && !outcome.failed()) std::printf("%sok\n", name.c_str());
+}
+
 int run(Options& options) {
   if (options.list_findings) return list_findings(options);
   if (const std::string fault = fault_of(options); !fault.empty()) {
@@ -86,9 +102,8 @@ int run(Options& options) {
   options.run.check.stop = interrupted;
   const bool is_json = options.common.format == OutputFormat::json;
   const verify::Run run = verify::run(options.run, [&](verify::Outcome& outcome) {
-    verify::print_outcome(outcome, options.common.quiet || is_json);
-    outcome.text.clear();
-    if (!is_json) outcome.details = {};
+    print_outcome(outcome, options.common.quiet || is_json);
+    if (!is_json) outcome.objects.clear(), outcome.meshes.clear();  // shown
   });
   if (is_json) print_json(verify::describe_run(run));
   else if (!options.common.quiet) std::fputs(verify::summary(run.totals).c_str(), stdout);

@@ -93,7 +93,7 @@ class Examples(Case):
     @unittest.skipUnless(HAS_DEPFILE and shutil.which("make"), "vc-bake has no --depfile, or make is missing")
     def test_makefile(self):
         shutil.copy(EXAMPLES / "Makefile", self.folder)
-        self.assert_bakes_what_changes(lambda: run("make", "-C", self.folder, "BAKE_OPTIONS=--depth 2 --samples 16 --audit 1000"),
+        self.assert_bakes_what_changes(lambda: run("make", "-C", self.folder, "BAKE_OPTIONS=--depth 2 --method sampled --samples 16 --audit 1000"),
                                        self.folder / "one.obj.vcd", self.folder / "two.gltf.vcd")
         run("make", "-C", self.folder, "clean")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["Makefile", "one.obj", "two.bin", "two.gltf"])

@@ -1,4 +1,4 @@
-#include "library/cost.h"
+#include <vcd/library/cost.h>
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "support/files.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
 
 namespace fs = std::filesystem;
@@ -19,7 +19,7 @@ class GuessedCost : public ::testing::Test {
     const fs::path path = folder_.path() / name;
     std::ofstream(path, std::ios::binary) << content;
     Asset asset{path, path, {}};
-    asset.settings.depth = depth;
+    EXPECT_FALSE(set(asset.settings, "depth", depth));
     asset.settings.audit_lines = 0;
     return guess_cost(asset).seconds;
   }
@@ -60,4 +60,4 @@ TEST_F(GuessedCost, IsGuessedOfAnythingThatIsCalledAMesh) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::library

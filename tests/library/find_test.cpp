@@ -1,4 +1,4 @@
-#include "library/find.h"
+#include <vcd/library/find.h>
 #include "common/paths.h"
 
 #include <gtest/gtest.h>
@@ -10,7 +10,9 @@
 
 #include "support/files.h"
 
-namespace vcd {
+namespace vcd::library {
+
+using namespace tools;
 namespace {
 
 namespace fs = std::filesystem;
@@ -114,4 +116,4 @@ TEST_F(Find, NamesOfAnyBytesAreFoundAndShown) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,4 +1,4 @@
-#include "library/schedule.h"
+#include <vcd/library/schedule.h>
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "support/random.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
 
 constexpr uint64_t kMiB = uint64_t{1} << 20;
@@ -99,4 +99,4 @@ TEST(Schedule, RandomRunsEndAndKeepTheBudgets) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::library

@@ -67,8 +67,7 @@ class Finding(Case):
         files = self.report("--manifest", manifest)["files"]
         self.assertEqual([(pathlib.Path(f["output"]).name, f["objects"][0]["depth"], f["objects"][0]["method"]) for f in files],
                          [("x.vcd", 3, "proven"), ("b.obj.vcd", 1, "hybrid")])
-        for settings, more, methods in (({"method": "hybrid"}, (), ["hybrid", "sampled"]), ({}, ("--method", "hybrid"), ["hybrid", "sampled"]),
-                                        ({}, (), ["sampled", "sampled"])):
+        for settings, more, methods in (({}, (), ["hybrid", "sampled"]), ({"method": "sampled"}, (), ["sampled", "sampled"]), ({}, ("--method", "sampled"), ["sampled", "sampled"])):
             assets = [{"input": "a.obj", "settings": {"samples": 81}}, {"input": "b.obj", "settings": {"samples": 81, "method": "sampled"}}]
             manifest.write_text(json.dumps({"vcd_manifest": 1, "settings": settings, "assets": assets}))
             self.assertEqual([f["objects"][0]["method"] for f in self.report("--manifest", manifest, *more)["files"]], methods)

@@ -15,6 +15,10 @@ def output(*command, **options):
     return subprocess.run([str(c) for c in command], capture_output=True, text=True, check=True, **options).stdout
 
 
+def help_of(program):
+    return output(BIN / program, "--help-all" if program == "vc-farm" else "--help")
+
+
 def named_in(text):
     return set(re.findall(r"(?<![\w-])--[a-z][a-z-]+", text))
 
@@ -26,12 +30,12 @@ class Help(unittest.TestCase):
             defined = named_in(" ".join(re.findall(r'add_(?:option|flag)\(\s*"([^"]+)"', source)))
             with self.subTest(program):
                 self.assertGreater(len(defined), 1)
-                self.assertEqual(defined - named_in(output(BIN / program, "--help-all")), set())
+                self.assertEqual(defined - named_in(help_of(program)), set())
                 self.assertIn("Exit codes:", output(BIN / program, "--help"))
 
     def test_choices_stand_in_the_type_name_alone(self):
         for program in PROGRAMS:
-            self.assertNotIn(":{", output(BIN / program, "--help-all"), "a check lists its words: description(\"\") and type_name")
+            self.assertNotIn(":{", help_of(program), "a check lists its words: description(\"\") and type_name")
 
 
 class ManPage(unittest.TestCase):
@@ -39,14 +43,27 @@ class ManPage(unittest.TestCase):
     def test_is_sound_and_names_what_the_help_names(self):
         for program in PROGRAMS:
             with self.subTest(program):
-                page = output("help2man", "--no-info", "--help-option=--help-all", "--name=x", BIN / program)
+                page = output("help2man", "--no-info", "--help-option=--help-all" if program == "vc-farm" else "--help-option=--help", "--name=x", BIN / program)
                 for section in ("NAME", "SYNOPSIS", "DESCRIPTION"):
                     self.assertIn(f"\n.SH {section}\n", page)
                 self.assertIn("Exit codes", page)
-                self.assertEqual(named_in(output(BIN / program, "--help-all")) - named_in(re.sub(r"\\f.", "", page).replace("\\-", "-")), set())
+                self.assertEqual(named_in(help_of(program)) - named_in(re.sub(r"\\f.", "", page).replace("\\-", "-")), set())
                 if shutil.which("groff"):
                     warnings = subprocess.run(["groff", "-man", "-Tascii", "-ww", "-z"], input=page, capture_output=True, text=True, check=True).stderr
                     self.assertEqual(warnings, "")
+
+
+class Libraries(unittest.TestCase):
+    def test_know_no_options_and_show_no_json(self):
+        for folder in ("library", "verify"):
+            for file in (TOOLS / folder).rglob("*.*"):
+                self.assertNotIn("CLI", file.read_text(), file)
+            headers = list((TOOLS / folder / "include").rglob("*.h"))
+            self.assertTrue(headers)
+            for file in headers:
+                text = file.read_text()
+                for word in ("nlohmann", "Json", '"common/'):
+                    self.assertNotIn(word, text, file)
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ BIN = pathlib.Path(os.environ["VCD_BIN"])
 GOLDEN = pathlib.Path(__file__).resolve().parents[1] / "golden"
 
 TETRAHEDRON = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-SMALL = ("--depth", "3", "--samples", "16", "--audit", "9000")
+SMALL = ("--depth", "3", "--method", "sampled", "--samples", "16", "--audit", "9000")
 
 
 class Case(unittest.TestCase):
@@ -42,7 +42,7 @@ class Case(unittest.TestCase):
         mesh = self.mesh(name, text)
         depth = () if "--depth" in options else ("--depth", "3")
         audit = () if "--audit" in options else ("--audit", "9000")
-        self.run_program("vc-bake", mesh, "-q", "--samples", "16", *depth, *audit, *options)
+        self.run_program("vc-bake", mesh, "-q", "--method", "sampled", "--samples", "16", *depth, *audit, *options)
         return mesh, mesh.with_name(mesh.name + ".vcd")
 
     def files(self):
@@ -80,7 +80,7 @@ class Bake(Case):
     def test_same_bytes_for_any_number_of_threads(self):
         mesh = self.mesh("soup.obj", soup(60))
         for threads in (1, 2, 3):
-            self.run_program("vc-bake", mesh, "-q", "--depth", 5, "--samples", 16, "-j", threads, "-o", self.folder / f"{threads}.vcd")
+            self.run_program("vc-bake", mesh, "-q", "--depth", 5, "--method", "sampled", "--samples", 16, "-j", threads, "-o", self.folder / f"{threads}.vcd")
         contents = {(self.folder / f"{t}.vcd").read_bytes() for t in (1, 2, 3)}
         self.assertEqual(len(contents), 1)
 
@@ -101,10 +101,10 @@ class Bake(Case):
         self.run_program("vc-bake", mesh, "--depth", 3, "--audit", 0)
         self.assertIsNone(self.info(f"{mesh}.vcd")[0]["audit"])
 
-    def test_samples_alone_mean_the_papers_method(self):
+    def test_samples_do_not_change_the_method(self):
         mesh = self.mesh("soup.obj", soup(60))
-        for arguments, method in ((["--samples", 81], "sampled"), (["--samples", 81, "--method", "hybrid"], "hybrid"),
-                                  (["--method", "hybrid", "--samples", 81], "hybrid"), ([], "hybrid")):
+        for arguments, method in ((["--samples", 81], "hybrid"), (["--samples", 81, "--method", "hybrid"], "hybrid"),
+                                  (["--method", "sampled", "--samples", 81], "sampled"), ([], "hybrid")):
             self.run_program("vc-bake", mesh, "--depth", 2, "--audit", 0, *arguments)
             self.assertEqual(self.info(f"{mesh}.vcd")[0]["method"], method)
         self.run_program("vc-bake", mesh, "--method", "hybrid", "--samples", 16, code=1)
@@ -221,7 +221,7 @@ class Bake(Case):
         mesh, sidecar = self.baked()
         with open(sidecar, "rb") as old:
             before = old.read()
-            self.run_program("vc-bake", mesh, "-q", "--depth", 4, "--samples", 16)
+            self.run_program("vc-bake", mesh, "-q", "--depth", 4, "--method", "sampled", "--samples", 16)
             old.seek(0)
             self.assertEqual(old.read(), before)  # whoever has the old file open keeps it
         self.assertNotEqual(sidecar.read_bytes(), before)
@@ -239,7 +239,7 @@ class Bake(Case):
 
     def test_progress_on_a_terminal_only(self):
         mesh = self.mesh("soup.obj", soup(200))
-        inner = f"{BIN}/vc-bake {mesh} --depth 5 --samples 16 >/dev/null"
+        inner = f"{BIN}/vc-bake {mesh} --depth 5 --method sampled --samples 16 >/dev/null"
         if not shutil.which("script"):
             self.skipTest("needs the program `script`")
         seen = subprocess.run(["script", "-qec", inner, "/dev/null"], capture_output=True, text=True).stdout
@@ -269,7 +269,7 @@ class Info(Case):
                   for f in (sidecar, ship)]
         self.assertEqual(*hashes)
         baked_ship = self.folder / "direct.vcd"
-        self.run_program("vc-bake", self.folder / "soup.obj", "-q", "--depth", 5, "--samples", 16, "--embed-geometry",
+        self.run_program("vc-bake", self.folder / "soup.obj", "-q", "--depth", 5, "--method", "sampled", "--samples", 16, "--embed-geometry",
                          "--audit", 9000, "--storage", "ship", "-o", baked_ship)
         self.assertEqual(baked_ship.read_bytes(), ship.read_bytes())
 

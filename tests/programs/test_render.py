@@ -7,7 +7,7 @@ import unittest
 from test_programs import BIN, Case, soup
 
 SMALL = ("--size", "24x16", "--pixel-samples", "2", "--light-samples", "16")
-TREE = ("--depth", "3", "--samples", "16")
+TREE = ("--depth", "3", "--method", "sampled", "--samples", "16")
 
 
 def png_size(path):

@@ -42,7 +42,7 @@ class Library(Case):
         (root / "sub").mkdir(parents=True)
         for size, name in enumerate(NAMES, start=1):
             (root / name).write_text(tetrahedron(size))
-        subprocess.run([BIN / "vc-bake", *(root / n for n in NAMES), "-q", "--depth", "2", "--samples", "16", "--audit", "0"], check=True)
+        subprocess.run([BIN / "vc-bake", *(root / n for n in NAMES), "-q", "--depth", "2", "--method", "sampled", "--samples", "16", "--audit", "0"], check=True)
 
     def setUp(self):
         super().setUp()
@@ -155,7 +155,7 @@ class Library(Case):
         (self.lib / "leaf.gltf").write_text(masked_quad())
         report = self.report()
         self.assertEqual(self.ids(report["by_name"]["leaf.gltf"]), ["unusable-asset"])
-        self.run_program("vc-bake", self.lib / "leaf.gltf", "-q", "--all-as-opaque", "--depth", 2, "--samples", 16)
+        self.run_program("vc-bake", self.lib / "leaf.gltf", "-q", "--all-as-opaque", "--depth", 2, "--method", "sampled", "--samples", 16)
         report = self.report()
         self.assertEqual([report["totals"][k] for k in ("ok", "missing", "unusable")], [7, 0, 0])
 

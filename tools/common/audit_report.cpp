@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-namespace vcd {
+namespace vcd::tools {
 
 std::string replayable(const Segment& s) {
   char text[256];
@@ -71,4 +71,4 @@ std::string audit_summary(const AuditReport& report) {
   return out;
 }
 
-}  // namespace vcd
+}  // namespace vcd::tools

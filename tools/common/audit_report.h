@@ -8,7 +8,7 @@
 
 #include "describe.h"
 
-namespace vcd {
+namespace vcd::tools {
 
 // "ox,oy,oz,t_min,dx,dy,dz,t_max" with digits enough to be read back exactly; what --segment takes.
 std::string replayable(const Segment& segment);
@@ -25,4 +25,4 @@ inline Answers answers_of(Object object) {
   };
 }
 
-}  // namespace vcd
+}  // namespace vcd::tools

@@ -2,9 +2,9 @@
 
 #include <cstdio>
 
-#include "progress.h"
+#include "readable.h"
 
-namespace vcd {
+namespace vcd::tools {
 
 std::string hex(const std::array<uint8_t, 16>& hash) {
   std::string out;
@@ -182,9 +182,10 @@ std::string object_summary(const ObjectRecord& r) {
   return out + line;
 }
 
-void print_json(const Json& json) {
-  const std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace);
-  std::printf("%s\n", text.c_str());
+std::string json_text(const Json& json, int indent) {
+  return json.dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
-}  // namespace vcd
+void print_json(const Json& json) { std::printf("%s\n", json_text(json, 2).c_str()); }
+
+}  // namespace vcd::tools

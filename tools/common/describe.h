@@ -7,7 +7,7 @@
 
 #include <vcd/format/contents.h>
 
-namespace vcd {
+namespace vcd::tools {
 
 using Json = nlohmann::ordered_json;
 
@@ -22,6 +22,13 @@ const char* method_name(Method method);
 const char* guarantee(Method method);                    // a clause: what the classes promise
 std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
 
+// The text of it; bytes that are not UTF-8 are replaced. indent -1: one line.
+std::string json_text(const Json& json, int indent = -1);
 void print_json(const Json& json);  // standard output, two spaces of indent
 
-}  // namespace vcd
+}  // namespace vcd::tools
+
+// The programs in lab/ are of namespace vcd.
+namespace vcd {
+using namespace tools;
+}

@@ -2,9 +2,9 @@
 
 #include <fstream>
 
-#include "progress.h"
+#include "readable.h"
 
-namespace vcd {
+namespace vcd::tools {
 
 uint64_t available_memory() {
   std::ifstream meminfo("/proc/meminfo");
@@ -22,4 +22,4 @@ std::optional<Error> check_memory(const std::string& what, uint64_t bytes_needed
                                        " are free"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::tools

@@ -5,7 +5,7 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/ingest.h>
 
-namespace vcd {
+namespace vcd::tools {
 
 std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, const TakeMesh& take) {
   auto ingested = ingest_isolated(path, {.treat_all_as_opaque = all_as_opaque});
@@ -45,4 +45,4 @@ Result<PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents
   return mesh;
 }
 
-}  // namespace vcd
+}  // namespace vcd::tools

@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 
-namespace vcd {
+namespace vcd::tools {
 
 // Gets a mesh, or why this one cannot be prepared.
 using TakeMesh = std::function<void(const std::string& name, uint32_t source_index, Result<PreparedMesh>&&)>;
@@ -28,4 +28,4 @@ Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const Sid
 // The mesh that is embedded for an object, decoded in a child process. `path` names the sidecar in messages.
 Result<PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object);
 
-}  // namespace vcd
+}  // namespace vcd::tools

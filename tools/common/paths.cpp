@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cstdio>
 
-namespace vcd {
+namespace vcd::tools {
 namespace {
 
 bool is_utf8(const std::string& text) try {
@@ -62,4 +62,4 @@ Result<std::filesystem::path> path_from_json(const Json& json) {
   return std::filesystem::path(path);
 }
 
-}  // namespace vcd
+}  // namespace vcd::tools

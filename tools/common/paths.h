@@ -8,7 +8,7 @@
 
 #include "describe.h"
 
-namespace vcd {
+namespace vcd::tools {
 
 // For messages: control characters as \xNN, so that a name keeps to its line; bytes beyond ASCII too if they are not
 // UTF-8.
@@ -21,4 +21,4 @@ std::string extension_of(const std::filesystem::path& path);
 Json path_to_json(const std::filesystem::path& path);
 Result<std::filesystem::path> path_from_json(const Json& json);  // Error (usage)
 
-}  // namespace vcd
+}  // namespace vcd::tools

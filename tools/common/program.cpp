@@ -13,7 +13,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-namespace vcd {
+namespace vcd::tools {
 namespace {
 
 std::atomic<bool> g_interrupted{false};
@@ -84,9 +84,8 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
   try {
     std::vector<std::string> arguments = expand_lists(argc, argv);
     app.name(std::string(argv[0]).substr(std::string(argv[0]).find_last_of('/') + 1));
-    CLI::Option* const help_all = app.set_help_all_flag("--help-all", "Print the help of all commands");
-    if (app.get_subcommands({}).empty()) help_all->group("");  // the same as --help
-    std::reverse(arguments.begin(), arguments.end());          // as CLI11 wants them
+    if (!app.get_subcommands({}).empty()) app.set_help_all_flag("--help-all", "Print the help of all commands");
+    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
     app.parse(std::move(arguments));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : exit_code(ErrorCode::usage);
@@ -101,13 +100,6 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
   return exit_code(ErrorCode::runtime);
 }
 
-int batch_exit_code(const std::vector<int>& codes) {
-  if (codes.size() == 1) return codes[0];
-  for (int code : codes)
-    if (code != kExitOk) return kExitBatch;
-  return kExitOk;
-}
-
 void catch_interruptions() {
   for (const int signal : {SIGINT, SIGTERM, SIGHUP})
     if (std::signal(signal, on_signal) == SIG_IGN) std::signal(signal, SIG_IGN);  // as nohup wants it
@@ -117,4 +109,4 @@ bool interrupted() { return g_interrupted; }
 void print_error(const std::string& message) { std::fprintf(stderr, "error: %s\n", shown(message).c_str()); }
 void print_note(const std::string& message) { std::fprintf(stderr, "note: %s\n", shown(message).c_str()); }
 
-}  // namespace vcd
+}  // namespace vcd::tools

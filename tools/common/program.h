@@ -10,11 +10,9 @@
 
 #include <vcd/format/error.h>
 
-namespace vcd {
+#include "exit_codes.h"
 
-inline constexpr int kExitOk = 0;
-inline constexpr int kExitBatch = 9;  // some of several inputs failed
-inline int exit_code(ErrorCode code) { return static_cast<int>(code); }
+namespace vcd::tools {
 
 enum class OutputFormat { text, json };
 
@@ -41,9 +39,6 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 // Wrong arguments end in exit code 1. No exception leaves.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
-// The exit code for a batch: that of the only input, 0 if all are well, else 9.
-int batch_exit_code(const std::vector<int>& codes);
-
 // From now on SIGINT, SIGTERM and SIGHUP only set a flag, so that work in progress can stop and clean up. A second
 // signal ends the program at once.
 void catch_interruptions();
@@ -53,4 +48,9 @@ bool interrupted();
 void print_error(const std::string& message);
 void print_note(const std::string& message);
 
-}  // namespace vcd
+}  // namespace vcd::tools
+
+// The programs in lab/ are of namespace vcd.
+namespace vcd {
+using namespace tools;
+}

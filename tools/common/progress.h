@@ -6,7 +6,9 @@
 
 #include <vcd/baker/bake.h>
 
-namespace vcd {
+#include "readable.h"
+
+namespace vcd::tools {
 
 class ProgressLine {
  public:
@@ -24,8 +26,4 @@ class ProgressLine {
   Clock::time_point next_ = Clock::now();
 };
 
-std::string readable_bytes(uint64_t bytes);    // "3.2 MiB"
-std::string readable_count(double count);      // "12.3 million"
-std::string readable_seconds(double seconds);  // "1 min 05 s"
-
-}  // namespace vcd
+}  // namespace vcd::tools

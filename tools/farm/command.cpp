@@ -19,7 +19,9 @@
 
 extern char** environ;
 
-namespace vcd {
+namespace vcd::farm {
+
+using namespace tools;
 namespace {
 
 std::vector<char*> arguments_of(const std::vector<std::string>& command) {
@@ -90,4 +92,4 @@ std::string shell_word(const std::string& text) {
   return word + "'";
 }
 
-}  // namespace vcd
+}  // namespace vcd::farm

@@ -6,7 +6,7 @@
 
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::farm {
 
 // What the program prints to standard output, once it has ended with exit code 0. Error (runtime): it is not there, or
 // ended otherwise; with its words.
@@ -20,4 +20,4 @@ Result<int> run_command(const std::vector<std::string>& command);
 // As a word of a shell script.
 std::string shell_word(const std::string& text);
 
-}  // namespace vcd
+}  // namespace vcd::farm

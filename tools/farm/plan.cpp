@@ -10,20 +10,22 @@
 #include <vcd/baker/source.h>
 #include <vcd/format/atomic_file.h>
 
+#include <vcd/library/cost.h>
+#include <vcd/library/manifest.h>
+#include "bake/report.h"
 #include "common/paths.h"
-#include "library/cost.h"
-#include "library/manifest.h"
-#include "library/record.h"
 
-namespace vcd {
+namespace vcd::farm {
+
+using namespace tools;
+using namespace library;
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr int kPlanVersion = 1;
 
-std::optional<Error> write_json(const fs::path& path, const Json& json) {
-  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+std::optional<Error> write_text(const fs::path& path, const std::string& text) {
   AtomicFile file(path);
   file.append(std::as_bytes(std::span(text)));
   const auto written = file.commit();
@@ -61,14 +63,14 @@ bool is_whole(const Json& report, const FarmPlan& plan, const Shard& shard) {
   if (report.contains("dry_run") || !report.contains("totals") || !report["totals"].is_object()) return false;
   const Json manifest = read_json(plan.file(shard.number, ".json"));
   if (!manifest.is_object() || !manifest.contains("assets") || !manifest["assets"].is_array()) return false;
-  std::set<std::string> open;
+  std::set<std::string> unreported;
   for (const Json& asset : manifest["assets"])
-    if (asset.is_object()) open.insert(asset.value("output", Json()).dump());
+    if (asset.is_object()) unreported.insert(asset.value("output", Json()).dump());
   for (const Json& file : report["files"])
     if (!file.is_object() || file.value("fate", Json()) == fate_name(Fate::not_run) ||
-        open.erase(file.value("output", Json()).dump()) == 0)
+        unreported.erase(file.value("output", Json()).dump()) == 0)
       return false;
-  return open.size() == report["errors"].size();  // those without an input are errors
+  return unreported.size() == report["errors"].size();  // those without an input are errors
 }
 
 }  // namespace
@@ -99,12 +101,12 @@ Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& ass
     std::vector<Asset> chosen;
     Shard shard{static_cast<unsigned>(plan.shards.size() + 1), part.size(), 0};
     for (const size_t asset : part) chosen.push_back(assets[asset]), shard.seconds += seconds[asset];
-    if (auto fault = write_json(plan.file(shard.number, ".json"), manifest_of(chosen))) return *std::move(fault);
+    if (auto fault = write_text(plan.file(shard.number, ".json"), manifest_of(chosen))) return *std::move(fault);
     plan.shards.push_back(shard);
     json["shards"].push_back({{"number", shard.number}, {"assets", shard.assets}, {"seconds", shard.seconds}});
   }
   // Last: a plan is there only when all of it is.
-  if (auto fault = write_json(folder / "plan.json", json)) return *std::move(fault);
+  if (auto fault = write_text(folder / "plan.json", json_text(json, 1) + "\n")) return *std::move(fault);
   return plan;
 }
 
@@ -197,4 +199,4 @@ Json merged_report(const FarmPlan& plan) {
   return merged;
 }
 
-}  // namespace vcd
+}  // namespace vcd::farm

@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "library/assets.h"
+#include <vcd/library/assets.h>
 
-namespace vcd {
+#include "common/describe.h"
+
+namespace vcd::farm {
 
 struct Shard {
   unsigned number;  // from 1
@@ -30,7 +32,8 @@ struct FarmPlan {
 
 // Cuts the assets into at most so many shards whose guessed costs are as equal as the longest first rule makes them,
 // and writes them. Errors: usage (no asset, or the folder holds a plan already), io.
-Result<FarmPlan> make_plan(const std::filesystem::path& folder, const std::vector<Asset>& assets, unsigned shards);
+Result<FarmPlan> make_plan(const std::filesystem::path& folder, const std::vector<library::Asset>& assets,
+                           unsigned shards);
 Result<FarmPlan> open_plan(const std::filesystem::path& folder);  // Errors: io, invalid_file
 
 // How far a shard is, as its files tell.
@@ -47,6 +50,6 @@ ShardState state_of(const FarmPlan& plan, const Shard& shard);
 bool take_report(const FarmPlan& plan, const Shard& shard, const std::string& name);
 
 // One report of all shards; assets of shards that are not done count as not run.
-Json merged_report(const FarmPlan& plan);
+tools::Json merged_report(const FarmPlan& plan);
 
-}  // namespace vcd
+}  // namespace vcd::farm

@@ -11,7 +11,10 @@
 #include "command.h"
 #include "this_program.h"
 
-namespace vcd {
+namespace vcd::farm {
+
+using namespace tools;
+using namespace library;
 namespace {
 
 namespace fs = std::filesystem;
@@ -88,4 +91,4 @@ Result<Slurm::Queue> Slurm::queue() const {
   return queue;
 }
 
-}  // namespace vcd
+}  // namespace vcd::farm

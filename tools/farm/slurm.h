@@ -7,7 +7,7 @@
 
 #include "plan.h"
 
-namespace vcd {
+namespace vcd::farm {
 
 struct SlurmOptions {
   std::vector<std::string> arguments;  // more for sbatch, such as --partition=…
@@ -37,4 +37,4 @@ class Slurm {
   const FarmPlan* plan_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::farm

@@ -5,8 +5,8 @@
 #include <random>
 #include <set>
 
+#include "bake/options.h"
 #include "common/describe.h"
-#include "common/method_options.h"
 #include "common/program.h"
 #include "common/progress.h"
 #include "render/census.h"
@@ -32,7 +32,7 @@ struct Options {
   Shadows shadows = Shadows::vcd;
   std::vector<std::string> views = {"shaded"};
   std::vector<std::string> sidecars;
-  BakeOptions bake;
+  library::BakeSettings settings{.depth = 5};
   std::string output;
   bool exr = false;
   double exposure = 1, amplify = 20;
@@ -103,9 +103,9 @@ class Program {
     if (paths.empty()) {
       if (!options_.common.quiet)
         print_note("no sidecar given or found: baking one for this picture, depth " +
-                   std::to_string(options_.bake.depth) + ", " + method_name(options_.bake.method) +
+                   std::to_string(options_.settings.depth) + ", " + method_name(options_.settings.method) +
                    " (vc-bake keeps it)");
-      BakeOptions bake = options_.bake;
+      BakeOptions bake = options_.settings.bake_options();
       bake.stop = interrupted;
       bake.threads = options_.render.threads;
       std::optional<ProgressLine> line;
@@ -326,9 +326,10 @@ int main(int argc, char** argv) {
                  "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
       ->allow_extra_args(false)
       ->type_name("SIDECAR");
-  app.add_option("-d,--depth", options.bake.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
+  app.add_option("-d,--depth", options.settings.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
       ->check(CLI::Range(1, 8));
-  add_method_options(app, options.bake);
+  for (const library::Setting& setting : library::settings_table())
+    if (setting.name == "method" || setting.name == "samples") add_setting(app, options.settings, setting);
   add_scene_options(app, options.scene);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] {

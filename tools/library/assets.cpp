@@ -1,15 +1,15 @@
-#include "assets.h"
+#include <vcd/library/assets.h>
 
 #include <map>
 #include <set>
 
-#include <CLI/CLI.hpp>
-
+#include <vcd/library/manifest.h>
 #include "common/paths.h"
-#include "manifest.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
@@ -108,19 +108,6 @@ class Collection {
 
 }  // namespace
 
-void add_asset_request(CLI::App& app, AssetRequest& request) {
-  app.add_option("inputs", request.inputs,
-                 "Mesh files (.glb .gltf .drc .obj .ply .stl .off), folders of them, or patterns with * ? [] **; "
-                 "@FILE: a list of them")
-      ->type_name("MESH...");
-  app.add_option("--manifest", request.manifests, "A library as a JSON file, with settings for single assets")
-      ->type_name("FILE");
-  app.add_option("-o,--output", request.output,
-                 "Folder to write to, where the sidecars of a folder are mirrored; for one mesh also its sidecar, "
-                 "NAME.vcd\n(default: beside each mesh, MESH.vcd)")
-      ->type_name("PATH");
-}
-
 Result<Assets> collect_assets(const AssetRequest& request) { return Collection(request).make(); }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,4 +1,4 @@
-#include "bake_asset.h"
+#include <vcd/library/bake_asset.h>
 
 #include <algorithm>
 #include <optional>
@@ -6,14 +6,16 @@
 
 #include <vcd/runtime/sidecar.h>
 
-#include "asset_summary.h"
+#include <vcd/library/object_cache.h>
+#include <vcd/library/provenance.h>
+#include "asset_report.h"
 #include "common/audit_report.h"
 #include "common/paths.h"
-#include "making.h"
-#include "object_cache.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
@@ -53,7 +55,7 @@ class AssetBake {
 
   Result<BakedAsset> run() {
     context_.on_stage("reading");
-    auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest, context_.ingest);
+    auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest_options(), context_.ingest);
     if (!ingested) return ingested.error();
     notes_ = std::move(ingested->notes);
     const bool only_one = ingested->meshes.size() == 1;
@@ -120,8 +122,14 @@ class AssetBake {
     if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
     const auto written = write_sidecar(asset_.output, sidecar);
     if (!written) return written.error();
-    return BakedAsset{asset_report(asset_, *written, notes_, objects_), asset_summary(asset_, *written, objects_),
-                      std::move(sources)};
+    BakedAsset baked;
+    baked.bytes = *written;
+    baked.notes = notes_;
+    baked.summary = asset_summary(asset_, *written, objects_);
+    baked.report = asset_report(asset_, *written, notes_, objects_);
+    for (const FinishedObject& object : objects_) baked.objects_reused += object.known.has_value();
+    for (size_t i = 1; i < sources.size(); ++i) baked.sources.push_back(std::move(sources[i].name));
+    return baked;
   }
 
   const Asset& asset_;
@@ -137,4 +145,4 @@ Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context) {
   return AssetBake(asset, context).run();
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,4 +1,4 @@
-#include "batch.h"
+#include <vcd/library/batch.h>
 
 #include <algorithm>
 #include <atomic>
@@ -11,27 +11,31 @@
 
 #include <vcd/format/atomic_file.h>
 
+#include <vcd/library/provenance.h>
+#include <vcd/library/schedule.h>
+#include <vcd/library/staleness.h>
+#include "common/describe.h"
 #include "common/paths.h"
-#include "schedule.h"
-#include "standing.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 using Clock = std::chrono::steady_clock;
 
 Record look_at_one(const Asset& asset, const BatchOptions& options) {
   Record record;
   record.cost = guess_cost(asset);
-  Standing standing;
-  if (options.update) standing = standing_of(asset);
-  else standing.reason = "asked for";
-  record.reason = standing.reason;
-  if (standing.up_to_date()) {
+  Staleness staleness;
+  if (options.update) staleness = staleness_of(asset);
+  else staleness.reason = "asked for";
+  record.reason = staleness.reason;
+  if (staleness.up_to_date()) {
     record.fate = Fate::up_to_date;
-    record.outcome.report = {{"bytes", standing.bytes}, {"objects", standing.objects}};
-    record.pack();
-    record.outcome.sources = std::move(standing.dependencies);
+    record.outcome.baked.bytes = staleness.bytes;
+    record.outcome.baked.report = std::move(staleness.report);
+    record.outcome.baked.sources = std::move(staleness.dependencies);
   } else if (!options.failed_before.empty()) {
     const auto known = options.failed_before.find(failure_key(asset));
     if (known != options.failed_before.end()) record.fate = Fate::failed_before, record.outcome = known->second;
@@ -42,17 +46,16 @@ Record look_at_one(const Asset& asset, const BatchOptions& options) {
 class Batch {
  public:
   Batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
-        BatchListener& listener, Events& events)
+        std::span<BatchListener* const> listeners)
       : assets_(assets),
         records_(records),
         options_(options),
-        listener_(listener),
-        events_(events),
+        listeners_(listeners),
         jobs_(waiting_jobs()),
         schedule_(costs(), options.threads, options.memory_bytes) {}
 
   void run() {
-    listener_.started(assets_.size(), jobs_.size());
+    for (BatchListener* listener : listeners_) listener->started(assets_.size(), jobs_.size());
     remove_leftovers();
     while (!schedule_.idle()) {
       if (options_.stop && options_.stop()) return stop_all("interrupted");
@@ -100,10 +103,7 @@ class Batch {
       ++record.attempts;
       const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes, options_.cache,
                                   options_.update};
-      events_.say({{"event", "started"},
-                   {"input", path_to_json(asset.input)},
-                   {"threads", grant->threads},
-                   {"memory_bytes", grant->memory_bytes}});
+      for (BatchListener* listener : listeners_) listener->attempt_started(asset, *grant);
       auto worker = Worker::start(asset, options);
       if (worker) {
         running_.push_back({*grant, std::move(*worker)});
@@ -165,13 +165,8 @@ class Batch {
     std::error_code error;
     if (fate == Fate::failed && std::filesystem::exists(asset.output, error)) record.old_sidecar = "from before";
     ++ended_;
-    Json event{{"event", "ended"}};
-    event.update(record_json(asset, record));
-    event.erase("objects");
-    if (fate == Fate::failed && record.outcome.kind != "io") event["key"] = failure_key(asset);
-    events_.say(std::move(event));
-    listener_.ended(asset, record);
-    record.pack();
+    for (BatchListener* listener : listeners_) listener->ended(asset, record);
+    record.outcome.baked.summary.clear();  // heard; of a hundred thousand assets it would take gigabytes
   }
 
   void stop_all(const std::string& why) {
@@ -203,14 +198,14 @@ class Batch {
     }
     done_seconds_ = total_seconds_ - left;
     const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
-    listener_.going_on(shown, ended_, done_seconds_ > 0 ? left * elapsed / done_seconds_ : 0);
+    const double seconds_left = done_seconds_ > 0 ? left * elapsed / done_seconds_ : 0;
+    for (BatchListener* listener : listeners_) listener->going_on(shown, ended_, seconds_left);
   }
 
   const std::vector<Asset>& assets_;
   std::vector<Record>& records_;
   const BatchOptions& options_;
-  BatchListener& listener_;
-  Events& events_;
+  std::span<BatchListener* const> listeners_;
   const std::vector<size_t> jobs_;
   Schedule schedule_;
   std::list<Running> running_;
@@ -221,6 +216,14 @@ class Batch {
 };
 
 }  // namespace
+
+std::string failure_key(const Asset& asset) {
+  if (has_extension(asset.input, {"gltf", "glb"})) return {};  // it may name other files
+  const auto hash = hash_file(asset.input);
+  if (!hash) return {};
+  return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + settings_text(asset.settings, Scope::file) +
+                          "\n" + baker_text()));
+}
 
 std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions& options) {
   std::vector<Record> records(assets.size());
@@ -236,8 +239,8 @@ std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions
 }
 
 void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
-               BatchListener& listener, Events& events) {
-  Batch(assets, records, options, listener, events).run();
+               std::span<BatchListener* const> listeners) {
+  Batch(assets, records, options, listeners).run();
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,4 +1,4 @@
-#include "cost.h"
+#include <vcd/library/cost.h>
 
 #include <algorithm>
 #include <array>
@@ -11,8 +11,10 @@
 
 #include "common/paths.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
@@ -79,4 +81,4 @@ Cost guess_cost(const Asset& asset) {
           static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes)};
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

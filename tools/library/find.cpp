@@ -1,4 +1,4 @@
-#include "find.h"
+#include <vcd/library/find.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -11,8 +11,10 @@
 
 #include "common/paths.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 using FileId = std::pair<dev_t, ino_t>;
@@ -154,4 +156,4 @@ Found find_files(const std::vector<std::string>& inputs, const std::vector<std::
   return search.take();
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

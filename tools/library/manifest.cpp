@@ -1,12 +1,15 @@
-#include "manifest.h"
+#include <vcd/library/manifest.h>
 
 #include <vcd/baker/source.h>
 
-#include "assets.h"
+#include <vcd/library/assets.h>
+#include "common/describe.h"
 #include "common/paths.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
@@ -29,9 +32,7 @@ class Manifest {
       return *std::move(unknown);
     if (!json.contains("assets") || !json["assets"].is_array()) return fault("", "no array \"assets\"");
     if (json.contains("settings")) {
-      auto settings = changed(settings_, json["settings"]);
-      if (!settings) return fault("", settings.error().message);
-      settings_ = *std::move(settings);
+      if (auto wrong = change(settings_, json["settings"], "")) return *std::move(wrong);
     }
     if (json.contains("output")) {
       auto folder = path_from_json(json["output"]);
@@ -58,6 +59,17 @@ class Manifest {
     return std::nullopt;
   }
 
+  std::optional<Error> change(BakeSettings& settings, const Json& members, const std::string& place) const {
+    if (!members.is_object()) return fault(place, "settings: not an object");
+    for (const auto& [name, value] : members.items()) {
+      if (!value.is_primitive() || value.is_null())
+        return fault(place, "settings: " + name + ": not a number, text, true or false");
+      const auto wrong = set(settings, name, value.is_string() ? value.get<std::string>() : value.dump());
+      if (wrong) return fault(place, "settings: " + wrong->message);
+    }
+    return std::nullopt;
+  }
+
   std::optional<Error> read_asset(const Json& json, const std::string& place) {
     if (!json.is_object() || !json.contains("input")) return fault(place, "no \"input\"");
     if (auto unknown = unknown_member(json, {"input", "output", "settings"}, place)) return unknown;
@@ -71,11 +83,8 @@ class Manifest {
       if (fs::is_directory(entry.input, ignored)) entry.folder = beside(*output);
       else entry.sidecar = beside(*output);
     }
-    if (json.contains("settings")) {
-      auto settings = changed(settings_, json["settings"]);
-      if (!settings) return fault(place, settings.error().message);
-      entry.settings = *std::move(settings);
-    }
+    if (json.contains("settings"))
+      if (auto wrong = change(entry.settings, json["settings"], place)) return wrong;
     entries_.push_back(std::move(entry));
     return std::nullopt;
   }
@@ -92,15 +101,15 @@ Result<std::vector<ManifestEntry>> read_manifest(const fs::path& path, const Bak
   return Manifest(path, base).read();
 }
 
-Json manifest_of(const std::vector<Asset>& assets) {
+std::string manifest_of(const std::vector<Asset>& assets) {
   Json json{{"vcd_manifest", kManifestVersion}, {"assets", Json::array()}};
   for (const Asset& asset : assets) {
     std::error_code ignored;
     json["assets"].push_back({{"input", path_to_json(fs::absolute(asset.input, ignored))},
                               {"output", path_to_json(fs::absolute(asset.output, ignored))},
-                              {"settings", asset.settings.members()}});
+                              {"settings", Json::parse(settings_text(asset.settings, Scope::file))}});
   }
-  return json;
+  return json_text(json, 1) + "\n";
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,25 +1,25 @@
-#include "object_cache.h"
+#include <vcd/library/object_cache.h>
 
 #include <algorithm>
 
-#include "making.h"
+#include <vcd/library/provenance.h>
+#include "common/describe.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
 // What decides about an object's bytes beside its geometry; in entries as provenance.
-std::map<std::string, std::string> object_making(const BakeSettings& settings) {
-  Json members = settings.members();
-  members.erase("storage");        // how the file is stored
-  members.erase("all-as-opaque");  // decides which triangles there are
-  return {{"baker", baker_text()}, {"settings", members.dump()}};
+std::map<std::string, std::string> object_provenance(const BakeSettings& settings) {
+  return {{"baker", baker_text()}, {"settings", settings_text(settings, Scope::object)}};
 }
 
 std::string entry_name(const PreparedMesh& mesh, const BakeSettings& settings) {
   std::string key = hex(mesh.geometry_hash);
-  for (const auto& [name, value] : object_making(settings)) key += "\n" + name + "=" + value;
+  for (const auto& [name, value] : object_provenance(settings)) key += "\n" + name + "=" + value;
   return hex(content_hash(key));
 }
 
@@ -61,7 +61,7 @@ ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_inde
 std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {
   if (folder_.empty()) return std::nullopt;
   const std::string name = entry_name(mesh, settings);
-  return find_object(folder_ / name.substr(0, 2) / (name + ".vcd"), object_making(settings), mesh);
+  return find_object(folder_ / name.substr(0, 2) / (name + ".vcd"), object_provenance(settings), mesh);
 }
 
 std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSettings& settings,
@@ -76,14 +76,14 @@ std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSetti
   entry.objects = {object};
   entry.objects[0].name = {};
   entry.objects[0].record.source_index = 0;
-  entry.provenance = object_making(settings);
+  entry.provenance = object_provenance(settings);
   const auto written = write_sidecar(folder / (name + ".vcd"), entry);
   return written ? std::nullopt : std::optional(written.error());
 }
 
 std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh,
                                             const BakeSettings& settings) {
-  return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings_text(settings)}}, mesh);
+  return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings_text(settings, Scope::asset)}}, mesh);
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

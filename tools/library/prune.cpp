@@ -1,12 +1,12 @@
-#include "prune.h"
+#include <vcd/library/prune.h>
 
 #include <set>
 
 #include <vcd/format/file_bytes.h>
 
-#include "making.h"
+#include <vcd/library/provenance.h>
 
-namespace vcd {
+namespace vcd::library {
 namespace {
 
 namespace fs = std::filesystem;
@@ -35,4 +35,4 @@ std::vector<fs::path> find_orphans(const Assets& assets) {
   return orphans;
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

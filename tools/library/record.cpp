@@ -1,8 +1,6 @@
-#include "record.h"
+#include <vcd/library/record.h>
 
-#include "common/paths.h"
-
-namespace vcd {
+namespace vcd::library {
 
 const char* fate_name(Fate fate) {
   switch (fate) {
@@ -14,39 +12,6 @@ const char* fate_name(Fate fate) {
     case Fate::not_run: return "not-run";
   }
   return "unknown";
-}
-
-Json record_json(const Asset& asset, const Record& record) {
-  Json json{
-      {"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"fate", fate_name(record.fate)}};
-  if (!record.reason.empty()) json["reason"] = record.reason;
-  json["exit_code"] = record.outcome.code;
-  if (!record.ok() && record.fate != Fate::waiting) {
-    json["kind"] = record.outcome.kind;
-    json["error"] = record.outcome.message;
-    if (!record.outcome.stage.empty()) json["stage"] = record.outcome.stage;
-  }
-  if (!record.old_sidecar.empty()) json["old_sidecar"] = record.old_sidecar;
-  if (record.attempts > 0) {
-    json["seconds"] = record.seconds;
-    json["peak_memory_bytes"] = record.peak_memory_bytes;
-    json["threads"] = record.threads;
-    json["attempts"] = record.attempts;
-  }
-  const Json report = record.packed_report.empty() ? record.outcome.report : Json::parse(record.packed_report);
-  for (const auto& [key, value] : report.items())
-    if (!json.contains(key)) json[key] = value;
-  return json;
-}
-
-void Record::pack() {
-  if (!outcome.report.is_object()) return;
-  bytes = outcome.report.value("bytes", uint64_t{0});
-  for (const Json& object : outcome.report.value("objects", Json::array()))
-    objects_reused += object.value("reused", false);
-  packed_report = outcome.report.dump(-1, ' ', false, Json::error_handler_t::replace);
-  outcome.report = nullptr;
-  outcome.summary.clear();
 }
 
 Totals& Totals::operator+=(const Totals& o) {
@@ -64,16 +29,10 @@ Totals totals_of(const std::vector<Record>& records) {
     totals.failed += record.fate == Fate::failed;
     totals.failed_before += record.fate == Fate::failed_before;
     totals.not_run += record.fate == Fate::not_run || record.fate == Fate::waiting;
-    totals.bytes += record.bytes;
-    totals.objects_reused += record.objects_reused;
+    totals.bytes += record.outcome.baked.bytes;
+    totals.objects_reused += record.outcome.baked.objects_reused;
   }
   return totals;
 }
 
-Json totals_json(const Totals& t) {
-  return {{"assets", t.assets},         {"baked", t.baked},   {"objects_reused", t.objects_reused},
-          {"up_to_date", t.up_to_date}, {"failed", t.failed}, {"failed_before", t.failed_before},
-          {"not_run", t.not_run},       {"bytes", t.bytes}};
-}
-
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,10 +1,10 @@
-#include "schedule.h"
+#include <vcd/library/schedule.h>
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-namespace vcd {
+namespace vcd::library {
 
 bool Schedule::LongestFirst::operator()(size_t a, size_t b) const {
   const double first = (*costs)[a].seconds, second = (*costs)[b].seconds;
@@ -63,4 +63,4 @@ bool Schedule::again(const Grant& grant, uint64_t memory_bytes) {
   return true;
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

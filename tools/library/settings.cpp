@@ -1,83 +1,221 @@
-#include "settings.h"
+#include <vcd/library/settings.h>
 
-#include <map>
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <cstdlib>
 
-#include "common/method_options.h"
-#include "common/program.h"
+#include "common/describe.h"
 
-namespace vcd {
+namespace vcd::library {
+namespace {
+
+using namespace tools;
+
+using Form = Setting::Form;
+using Word = Setting::Word;
+
+constexpr uint64_t value_of(auto word) { return static_cast<uint64_t>(word); }
+
+constexpr Word kDepths[] = {{"auto", 0}, {"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
+                            {"5", 5},    {"6", 6}, {"7", 7}, {"8", 8}};
+constexpr Word kMethods[] = {
+    {"proven", value_of(Method::proven)}, {"hybrid", value_of(Method::hybrid)}, {"sampled", value_of(Method::sampled)}};
+constexpr Word kSamples[] = {{"16", 16}, {"81", 81}, {"256", 256}};
+constexpr Word kStorages[] = {{"raw", value_of(Storage::raw)}, {"ship", value_of(Storage::zstd)}};
+
+constexpr Setting kSettings[] = {
+    {.name = "depth",
+     .letter = 'd',
+     .scope = Scope::object,
+     .form = Form::word,
+     .member = &BakeSettings::depth,
+     .help =
+         "Levels of the octree, 1 to 8: each costs five to twelve times more; auto: the deepest that pays (default)",
+     .words = kDepths},
+    {.name = "method",
+     .letter = 'm',
+     .scope = Scope::object,
+     .form = Form::word,
+     .member = &BakeSettings::method,
+     .help = "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
+             "(default); sampled: the paper's, statistics alone",
+     .words = kMethods},
+    {.name = "samples",
+     .letter = 's',
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::samples,
+     .help =
+         "Rays a cell of --method sampled (default: 256), or of the statistical tier of --method hybrid, 81 or 256\n"
+         "(default: 256, or 81 where proofs of blocked hardly ever succeed, as in foliage)",
+     .words = kSamples,
+     .zero_is_none = true},
+    {.name = "budget-mb",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::budget_mb,
+     .help =
+         "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)",
+     .least = 0.02,
+     .most = 1e6,
+     .zero_is_none = true},
+    {.name = "budget-seconds",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::budget_seconds,
+     .help = "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
+             "unclassified, and the result depends on the machine (default: none)",
+     .least = 0.1,
+     .most = 1e9,
+     .zero_is_none = true},
+    {.name = "seed",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::seed,
+     .help = "Seed of the sample rays (default: 0)",
+     .most = 0x1p64},
+    {.name = "audit",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::audit_lines,
+     .help =
+         "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)",
+     .most = 2e9},
+    {.name = "storage",
+     .letter = 0,
+     .scope = Scope::file,
+     .form = Form::word,
+     .member = &BakeSettings::storage,
+     .help = "raw: to be mapped and rendered from (default); ship: compressed",
+     .words = kStorages},
+    {.name = "embed-geometry",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::embed_geometry,
+     .help = "Add the welded triangles, so that vc-verify can trace without the mesh file"},
+    {.name = "all-as-opaque",
+     .letter = 0,
+     .scope = Scope::asset,
+     .form = Form::flag,
+     .member = &BakeSettings::all_as_opaque,
+     .help = "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand"},
+};
+
+// Of an aggregate: how many values its braces take.
+struct Anything {
+  template <class T>
+  operator T() const;
+};
+template <class Aggregate, class... Values>
+consteval size_t member_count() {
+  if constexpr (requires { Aggregate{Values{}..., Anything{}}; }) return member_count<Aggregate, Values..., Anything>();
+  else return sizeof...(Values);
+}
+static_assert(member_count<BakeSettings>() == std::size(kSettings),
+              "a setting without an entry would leave sidecars up to date that are not");
+
+bool parse(std::string_view text, double& value) {
+  const std::string copy(text);
+  char* end = nullptr;
+  value = std::strtod(copy.c_str(), &end);
+  return !copy.empty() && end == copy.c_str() + copy.size();
+}
+
+bool parse(std::string_view text, uint64_t& value) {
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return fault == std::errc() && end == text.data() + text.size();
+}
+
+// False if the setting does not take this text.
+template <class T>
+bool take(const Setting& setting, std::string_view text, T& value) {
+  if constexpr (std::is_same_v<T, bool>) {
+    if (text != "true" && text != "false") return false;
+    value = text == "true";
+  } else if (!setting.words.empty()) {
+    const auto word = std::ranges::find(setting.words, text, &Word::text);
+    if (word == setting.words.end()) return false;
+    value = static_cast<T>(word->value);
+  } else {
+    std::conditional_t<std::is_same_v<T, double>, double, uint64_t> number;
+    if (!parse(text, number)) return false;
+    const auto size = static_cast<double>(number);
+    if (!(size >= setting.least && size <= setting.most)) return false;  // NaN is neither
+    value = static_cast<T>(number);
+  }
+  return true;
+}
+
+template <class T>
+Json json_of(const Setting& setting, T value) {
+  if (setting.form != Form::word) {
+    if constexpr (std::is_enum_v<T>) return value_of(value);
+    else return value;
+  }
+  const auto word = std::ranges::find(setting.words, value_of(value), &Word::value);
+  return word == setting.words.end() ? Json(nullptr) : Json(word->text);
+}
+
+// " in [0.1 - 1000000]"; empty for any number.
+std::string range_of(const Setting& setting) {
+  char range[64] = "";
+  if (setting.most < 0x1p64) std::snprintf(range, sizeof range, " in [%.10g - %.10g]", setting.least, setting.most);
+  return range;
+}
+
+}  // namespace
+
 BakeOptions BakeSettings::bake_options() const {
-  BakeOptions options = bake;
-  options.depth = depth == "auto" ? 0 : static_cast<uint32_t>(depth[0] - '0');
+  BakeOptions options;
+  options.depth = depth;
+  options.method = method;
+  options.samples = samples;
   options.budget_bytes = static_cast<uint64_t>(budget_mb * 1048576);
+  options.budget_seconds = budget_seconds;
+  options.seed = seed;
+  options.embed_geometry = embed_geometry;
   return options;
 }
 
-Json BakeSettings::members() const {
-  Json json{{"depth", depth}, {"method", method_name(bake.method)}};
-  if (bake.samples) json["samples"] = bake.samples;
-  if (budget_mb > 0) json["budget-mb"] = budget_mb;
-  if (bake.budget_seconds > 0) json["budget-seconds"] = bake.budget_seconds;
-  json["seed"] = bake.seed;
-  json["audit"] = audit_lines;
-  json["storage"] = storage == Storage::zstd ? "ship" : "raw";
-  json["embed-geometry"] = bake.embed_geometry;
-  json["all-as-opaque"] = ingest.treat_all_as_opaque;
-  return json;
+std::span<const Setting> settings_table() { return kSettings; }
+
+std::string values_of(const Setting& setting) {
+  std::string text;
+  for (const Word& word : setting.words) text += (text.empty() ? "" : "|") + std::string(word.text);
+  if (!text.empty()) return text;
+  return setting.form == Form::flag ? "true|false" : "NUMBER" + range_of(setting);
 }
 
-void add_settings(CLI::App& app, BakeSettings& settings) {
-  app.add_option(
-         "-d,--depth", settings.depth,
-         "Levels of the octree, 1 to 8: each costs five to twelve times more; auto: the deepest that pays (default)")
-      ->check(CLI::IsMember({"auto", "1", "2", "3", "4", "5", "6", "7", "8"}).description(""))
-      ->type_name("auto|1|2|3|4|5|6|7|8");
-  app.add_option(
-         "--budget-mb", settings.budget_mb,
-         "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)")
-      ->check(NumberRange(0.02, 1e6));
-  app.add_option("--budget-seconds", settings.bake.budget_seconds,
-                 "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
-                 "unclassified, and the result depends on the machine (default: none)")
-      ->check(NumberRange(0.1, 1e9));
-  add_method_options(app, settings.bake);
-  app.get_option("--method")->each([&](const std::string&) { settings.method_named = true; });
-  app.add_option(
-         "--audit", settings.audit_lines,
-         "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)")
-      ->check(CLI::Range(0, 2000000000));
-  app.add_option("--seed", settings.bake.seed, "Seed of the sample rays (default: 0)");
-  static const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
-  app.add_option("--storage", settings.storage, "raw: to be mapped and rendered from (default); ship: compressed")
-      ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))
-      ->type_name("raw|ship");
-  app.add_flag("--embed-geometry", settings.bake.embed_geometry,
-               "Add the welded triangles, so that vc-verify can trace without the mesh file");
-  app.add_flag("--all-as-opaque", settings.ingest.treat_all_as_opaque,
-               "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
+std::optional<Error> set(BakeSettings& settings, std::string_view name, std::string_view text) {
+  const auto setting = std::ranges::find(kSettings, name, &Setting::name);
+  if (setting == std::end(kSettings)) return Error{ErrorCode::usage, std::string(name) + ": there is no such setting"};
+  const bool is_taken =
+      std::visit([&](auto member) { return take(*setting, text, settings.*member); }, setting->member);
+  if (is_taken) return std::nullopt;
+  const std::string wanted =
+      setting->words.empty() && setting->form == Form::number ? "a number" + range_of(*setting) : values_of(*setting);
+  return Error{ErrorCode::usage, std::string(name) + ": " + std::string(text) + " is not " + wanted};
 }
 
-Result<BakeSettings> changed(const BakeSettings& base, const Json& members) {
-  if (!members.is_object()) return Error{ErrorCode::usage, "settings are not an object"};
-  BakeSettings settings = base;
-  CLI::App app;
-  app.set_help_flag();
-  add_settings(app, settings);
-  std::vector<std::string> arguments;
-  for (const auto& [name, value] : members.items()) {
-    if (!value.is_primitive() || value.is_null())
-      return Error{ErrorCode::usage, "setting " + name + ": not a number, text, true or false"};
-    // The last argument first, as CLI11 wants them.
-    arguments.insert(arguments.begin(),
-                     "--" + name + "=" + (value.is_string() ? value.get<std::string>() : value.dump()));
+std::string settings_text(const BakeSettings& settings, Scope scope) {
+  Json json = Json::object();
+  for (const Setting& setting : kSettings) {
+    if (setting.scope > scope) continue;
+    std::visit(
+        [&](auto member) {
+          const auto value = settings.*member;
+          if (setting.zero_is_none && !(static_cast<double>(value) > 0)) return;
+          json[std::string(setting.name)] = json_of(setting, value);
+        },
+        setting.member);
   }
-  try {
-    app.parse(std::move(arguments));
-  } catch (const CLI::ParseError& error) {
-    return Error{ErrorCode::usage, std::string("settings: ") + error.what()};
-  }
-  if (base.method_named && !members.contains("method")) settings.bake.method = base.bake.method;
-  return settings;
+  return json.dump();
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -1,4 +1,4 @@
-#include "worker.h"
+#include <vcd/library/worker.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -12,20 +12,22 @@
 
 #include <tbb/global_control.h>
 
-#include "bake_asset.h"
+#include <vcd/library/bake_asset.h>
 #include "common/paths.h"
 
-namespace vcd {
+namespace vcd::library {
 namespace {
+
+using namespace tools;
 
 namespace fs = std::filesystem;
 
 constexpr size_t kLongestMessage = size_t{64} << 20;
 
-// Messages are JSON objects, one a line: {"stage"}, {"fraction", "rays", "seconds"}, and the last one either {"report",
-// "summary", "sources"} or {"code", "error"}.
+// Messages are JSON objects, one a line: {"stage"}, {"fraction", "rays", "seconds"}, and the last one either the
+// members of BakedAsset or {"code", "error"}.
 void send(int pipe, const Json& message) {
-  const std::string line = message.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::string line = json_text(message) + "\n";
   for (size_t sent = 0; sent < line.size();) {
     const ssize_t wrote = ::write(pipe, line.data() + sent, line.size() - sent);
     if (wrote < 0 && errno == EINTR) continue;
@@ -41,6 +43,28 @@ double parser_seconds(const fs::path& input) {
   std::error_code error;
   const auto size = fs::file_size(input, error);
   return 60 + (error ? 0 : static_cast<double>(size) * 1e-6);
+}
+
+// A message says anything: members of another type are as if they were not there.
+std::optional<BakedAsset> baked_asset(const Json& message) {
+  const auto number = [&](const char* key) {
+    return message.contains(key) && message[key].is_number_unsigned() ? message[key].get<uint64_t>() : 0;
+  };
+  const auto list = [&](const char* key) {
+    return message.contains(key) && message[key].is_array() ? message[key] : Json::array();
+  };
+  if (!message.contains("report") || !message["report"].is_object()) return std::nullopt;
+  if (!message.contains("summary") || !message["summary"].is_string()) return std::nullopt;
+  BakedAsset baked;
+  baked.bytes = number("bytes");
+  baked.objects_reused = number("objects_reused");
+  for (const Json& note : list("notes"))
+    if (note.is_string()) baked.notes.push_back(note.get<std::string>());
+  baked.summary = message["summary"].get<std::string>();
+  baked.report = json_text(message["report"]);
+  for (const Json& source : list("sources"))
+    if (auto path = path_from_json(source)) baked.sources.push_back(std::move(*path));
+  return baked;
 }
 
 // Embree maps 128 MiB that it hardly touches: they count as the process's data and take no memory.
@@ -62,8 +86,13 @@ int bake_and_send(const Asset& asset, const WorkerOptions& options, int pipe) {
     return ChildProcess::kOutOfMemory;
   if (!baked) return send(pipe, {{"code", static_cast<int>(baked.error().code)}, {"error", baked.error().message}}), 0;
   Json sources = Json::array();
-  for (size_t i = 1; i < baked->sources.size(); ++i) sources.push_back(path_to_json(baked->sources[i].name));
-  send(pipe, {{"report", baked->report}, {"summary", baked->summary}, {"sources", sources}});
+  for (const fs::path& source : baked->sources) sources.push_back(path_to_json(source));
+  send(pipe, {{"bytes", baked->bytes},
+              {"objects_reused", baked->objects_reused},
+              {"notes", baked->notes},
+              {"summary", baked->summary},
+              {"report", Json::parse(baked->report)},
+              {"sources", sources}});
   return 0;
 }
 
@@ -118,7 +147,7 @@ void Worker::take(const std::string& line) {
   } else if (message.contains("fraction")) {
     number("fraction", fraction_), number("rays", rays_), number("seconds", bake_seconds_);
   } else {
-    result_ = message;
+    result_ = line;
   }
 }
 
@@ -143,21 +172,18 @@ bool Worker::update() {
 Outcome Worker::outcome() const {
   Outcome outcome;
   outcome.stage = stage_;
+  const Json result = Json::parse(result_, nullptr, /*allow_exceptions=*/false);
   if (const std::string fault = child_.fault(); !fault.empty()) {
     outcome.code = static_cast<int>(ErrorCode::runtime);
     outcome.kind = child_.out_of_time() ? "time" : child_.out_of_memory() ? "memory" : "crash";
     outcome.message = shown(input_) + ": " + fault + " while " + stage_ + child_.last_words();
-  } else if (result_.contains("error") && result_["error"].is_string() && result_.contains("code") &&
-             result_["code"].is_number_integer()) {
-    outcome.code = std::clamp(result_["code"].get<int>(), 1, 8);
+  } else if (result.contains("error") && result["error"].is_string() && result.contains("code") &&
+             result["code"].is_number_integer()) {
+    outcome.code = std::clamp(result["code"].get<int>(), 1, 8);
     outcome.kind = error_kind(static_cast<ErrorCode>(outcome.code));
-    outcome.message = result_["error"].get<std::string>();
-  } else if (result_.contains("report") && result_["report"].is_object() && result_.contains("summary") &&
-             result_["summary"].is_string()) {
-    outcome.report = result_["report"];
-    outcome.summary = result_["summary"].get<std::string>();
-    for (const Json& source : result_.value("sources", Json::array()))
-      if (auto path = path_from_json(source)) outcome.sources.push_back(std::move(*path));
+    outcome.message = result["error"].get<std::string>();
+  } else if (auto baked = baked_asset(result)) {
+    outcome.baked = std::move(*baked);
   } else {
     outcome.code = static_cast<int>(ErrorCode::runtime);
     outcome.kind = "crash";
@@ -166,4 +192,4 @@ Outcome Worker::outcome() const {
   return outcome;
 }
 
-}  // namespace vcd
+}  // namespace vcd::library

@@ -5,10 +5,11 @@
 #include <vcd/baker/referee.h>
 
 #include "common/audit_report.h"
-#include "common/paths.h"
 #include "mesh_source.h"
 
 namespace vcd::verify {
+
+using namespace tools;
 namespace {
 
 // The highest share of wrong answers that is forgiven. The sampled method promises nothing about single lines; this
@@ -31,23 +32,8 @@ Answers interruptible(const Object& object, const CheckOptions& options) {
   };
 }
 
-std::string line_of(const Contradiction& c) {
-  return std::string("  ") + (c.proven ? "proven " : "promised ") +
-         (c.promised == Visibility::clear ? "clear" : "blocked") +
-         ", and the mesh says otherwise: --segment=" + replayable(c.segment) + "\n";
-}
-
-void list_contradictions(const AuditReport& report, uint64_t seen, Outcome& outcome, Json& json) {
-  for (const Contradiction& c : report.contradictions) outcome.text += line_of(c);
-  if (seen > report.contradictions.size())
-    outcome.text += "  and " + std::to_string(seen - report.contradictions.size()) + " more wrong answers\n";
-  json["audit"]["contradictions_seen"] = seen;
-  outcome.contradictions_seen += seen;
-  outcome.contradictions_listed += report.contradictions.size();
-}
-
 void audit_object(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
-                  const CheckOptions& options, Outcome& outcome, Json& json) {
+                  const CheckOptions& options, Outcome& outcome, ObjectCheck& check) {
   const AuditReport report =
       audit(mesh, interruptible(answering.all, options), interruptible(answering.proven, options), options.audit);
   const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
@@ -56,11 +42,12 @@ void audit_object(const Answering& answering, const PreparedMesh& mesh, const st
   // of twenty is held against it.
   const double rate = lower_bound_95(undirected.all_wrong(), undirected.segments);
   const double allowed = options.max_wrong >= 0 ? options.max_wrong : allowed_wrong(answering.all.record());
-  json["audit"] = describe_audit(report);
-  json["wrong_rate_at_least"] = rate;
-  json["allowed_wrong_rate"] = allowed;
-  outcome.text += shown(outcome.path) + ": " + place + "\n" + audit_summary(report);
-  list_contradictions(report, undirected.all_wrong() + aimed.all_wrong(), outcome, json);
+  check.contradictions_seen = undirected.all_wrong() + aimed.all_wrong();
+  check.wrong_rate_at_least = rate;
+  check.allowed_wrong_rate = allowed;
+  outcome.contradictions_seen += check.contradictions_seen;
+  outcome.contradictions_listed += report.contradictions.size();
+  check.audit = report;
   if (wrong_proven > 0)
     return outcome.add(IssueId::wrong_proven_answer, ErrorCode::difference, place,
                        std::to_string(wrong_proven) + " of its proven answers are wrong");
@@ -72,14 +59,10 @@ void audit_object(const Answering& answering, const PreparedMesh& mesh, const st
 }
 
 void replay(const Object& object, const PreparedMesh& mesh, const std::string& place, const Segment& segment,
-            Outcome& outcome, Json& json) {
+            Outcome& outcome, ObjectCheck& check) {
   const Visibility answer = object.classify(segment);
   const bool blocked = Referee(mesh).occluded(segment);
-  const char* const words[] = {"clear", "blocked", "unclassified"};
-  const char* said = words[static_cast<size_t>(answer)];
-  json["segment"] = {{"answer", said}, {"traced", words[blocked]}};
-  outcome.text +=
-      shown(outcome.path) + ": " + place + ": the sidecar says " + said + ", tracing says " + words[blocked] + "\n";
+  check.replay = {answer, blocked};
   if (answer != Visibility::unclassified && (answer == Visibility::blocked) != blocked)
     outcome.add(IssueId::wrong_answer, ErrorCode::difference, place, "the segment's answer is wrong");
 }
@@ -87,9 +70,9 @@ void replay(const Object& object, const PreparedMesh& mesh, const std::string& p
 }  // namespace
 
 void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
-                   const CheckOptions& options, Outcome& outcome, Json& json) {
-  if (options.segment) return replay(answering.all, mesh, place, *options.segment, outcome, json);
-  audit_object(answering, mesh, place, options, outcome, json);
+                   const CheckOptions& options, Outcome& outcome, ObjectCheck& check) {
+  if (options.segment) return replay(answering.all, mesh, place, *options.segment, outcome, check);
+  audit_object(answering, mesh, place, options, outcome, check);
 }
 
 }  // namespace vcd::verify

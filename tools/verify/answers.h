@@ -4,7 +4,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/runtime/sidecar.h>
 
-#include "check.h"
+#include <vcd/verify/check.h>
 
 namespace vcd::verify {
 
@@ -13,8 +13,8 @@ struct Answering {
   Object all, proven;  // the second trusts proofs alone
 };
 
-// Audits it, or asks and traces the one segment. json: the object's part of the report. Throws Interrupted.
+// Audits it, or asks and traces the one segment. check: what came of it. Throws Interrupted.
 void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
-                   const CheckOptions& options, Outcome& outcome, Json& json);
+                   const CheckOptions& options, Outcome& outcome, ObjectCheck& check);
 
 }  // namespace vcd::verify

@@ -1,4 +1,4 @@
-#include "check.h"
+#include <vcd/verify/check.h>
 
 #include <new>
 
@@ -14,14 +14,10 @@
 #include "pairing.h"
 
 namespace vcd::verify {
-namespace {
 
-std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents,
-                                      const CheckOptions& options) {
-  if (options.library) return against_library(*options.library, file, contents);
-  if (!options.against.empty()) return against_file(options.against, contents);
-  return nullptr;
-}
+using namespace tools;
+using namespace library;
+namespace {
 
 // Nothing, and the outcome says why, if what is embedded is not the object's mesh.
 std::optional<PreparedMesh> embedded(const ObjectContents& object, const std::string& place, Outcome& outcome) {
@@ -33,39 +29,52 @@ std::optional<PreparedMesh> embedded(const ObjectContents& object, const std::st
   return std::nullopt;
 }
 
-void check_object(const ObjectContents& object, const std::string& place, const Answering& answering,
-                  MeshSource* source, const CheckOptions& options, Outcome& outcome, Json& json) {
+// Where an object's mesh comes from.
+struct Meshes {
+  MeshSource* source;    // null: there is none but what is embedded
+  bool decode_embedded;  // and checked: in a child process
+};
+
+void check_object(const ObjectContents& object, const Answering& answering, const Meshes& meshes,
+                  const CheckOptions& options, Outcome& outcome, ObjectCheck& check) {
   std::optional<PreparedMesh> own;
-  if (!object.geometry.empty()) {
-    own = embedded(object, place, outcome);
+  if (meshes.decode_embedded && !object.geometry.empty()) {
+    own = embedded(object, check.place, outcome);
     if (!own) return;
-  } else if (!source) {  // no geometry at hand is fine: then the structure is all there is
+  } else if (!meshes.source) {  // no geometry at hand is fine: then the structure is all there is
     if (options.segment || options.max_wrong >= 0)
-      outcome.add(IssueId::no_geometry, ErrorCode::usage, place,
+      outcome.add(IssueId::no_geometry, ErrorCode::usage, check.place,
                   "no geometry is embedded; --segment and --max-wrong need --against MESH");
     return;
   }
-  const PreparedMesh* mesh = source ? source->mesh_of(object, place, outcome) : &*own;
+  const PreparedMesh* mesh = meshes.source ? meshes.source->mesh_of(object, check.place, outcome) : &*own;
   if (!mesh) return;
-  check_facts(*object.record, *mesh, place, outcome);
-  check_answers(answering, *mesh, place, options, outcome, json);
+  check_facts(*object.record, *mesh, check.place, outcome);
+  check_answers(answering, *mesh, check.place, options, outcome, check);
 }
 
-void check_objects(const FoundFile& file, Bytes bytes, const SidecarContents& contents, const CheckOptions& options,
+void check_objects(Bytes bytes, const SidecarContents& contents, const Meshes& meshes, const CheckOptions& options,
                    Outcome& outcome) {
   const auto all = Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds});
   const auto proven = Sidecar::open_buffer(bytes, {.check = CheckLevel::bounds, .proven_only = true});
   if (!all || !proven) return outcome.add(IssueId::unreadable, ErrorCode::runtime, "", "out of memory");
-  const auto source = source_of(file, contents, options);
   for (size_t i = 0; i < contents.objects.size(); ++i) {
     const ObjectContents& object = contents.objects[i];
     outcome.geometries.push_back(object.record->geometry_hash);
-    Json& json = outcome.details["objects"][i];
-    json["name"] = object.name;
-    const std::string place = "object " + std::to_string(i) + " " + printable(object.name);
-    check_object(object, place, {all->object(i), proven->object(i)}, source.get(), options, outcome, json);
+    ObjectCheck& check = outcome.objects.emplace_back();
+    check.name = object.name;
+    check.place = "object " + std::to_string(i) + " " + printable(object.name);
+    check_object(object, {all->object(i), proven->object(i)}, meshes, options, outcome, check);
     if (options.stop()) throw Interrupted{};
   }
+}
+
+// The structure, byte by byte. Nothing if the findings include an error.
+std::optional<SidecarContents> check_structure(Bytes bytes, Outcome& outcome) {
+  std::vector<Finding> findings;
+  auto contents = read_sidecar(bytes, CheckLevel::full, findings);
+  for (const Finding& finding : findings) outcome.add(finding);
+  return contents ? std::optional(std::move(*contents)) : std::nullopt;
 }
 
 void check_file(const FoundFile& file, const CheckOptions& options, Outcome& outcome) {
@@ -76,19 +85,21 @@ void check_file(const FoundFile& file, const CheckOptions& options, Outcome& out
       return outcome.add(IssueId::unreadable, fault->code, "", reason(*fault, file.path));
   const auto bytes = FileBytes::copy(file.path);
   if (!bytes) return outcome.add(IssueId::unreadable, bytes.error().code, "", reason(bytes.error(), file.path));
-  std::vector<Finding> findings;
-  const auto contents = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
-  for (const Finding& finding : findings) outcome.add(finding);
-  if (contents) check_objects(file, bytes->bytes(), *contents, options, outcome);
+  const auto contents = check_structure(bytes->bytes(), outcome);
+  if (!contents) return;
+  std::unique_ptr<MeshSource> source;
+  if (options.library) source = against_library(*options.library, file, *contents);
+  else if (!options.against.empty()) source = against_file(options.against, *contents);
+  check_objects(bytes->bytes(), *contents, {source.get(), true}, options, outcome);
 }
 
-}  // namespace
-
-Outcome check_sidecar(const FoundFile& file, const CheckOptions& options) {
-  Outcome outcome{.subject = Subject::sidecar, .path = file.path};
+// What `check` finds, or why it came to no end.
+template <class Check>
+Outcome checked(const std::filesystem::path& path, const CheckOptions& options, Check check) {
+  Outcome outcome{.subject = Subject::sidecar, .path = path};
   try {
     if (options.stop()) throw Interrupted{};
-    check_file(file, options, outcome);
+    check(outcome);
   } catch (const std::bad_alloc&) {
     outcome.add(IssueId::unreadable, ErrorCode::runtime, "", "out of memory");
   } catch (const Interrupted&) {
@@ -98,6 +109,22 @@ Outcome check_sidecar(const FoundFile& file, const CheckOptions& options) {
     outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted");
   }
   return outcome;
+}
+
+}  // namespace
+
+Outcome check_sidecar(const FoundFile& file, const CheckOptions& options) {
+  return checked(file.path, options, [&](Outcome& outcome) { check_file(file, options, outcome); });
+}
+
+Outcome check_bytes(Bytes sidecar, std::span<const PreparedMesh> meshes, const CheckOptions& options,
+                    const std::filesystem::path& name) {
+  return checked(name, options, [&](Outcome& outcome) {
+    const auto contents = check_structure(sidecar, outcome);
+    if (!contents) return;
+    const auto source = against_meshes(meshes);
+    check_objects(sidecar, *contents, {source.get(), false}, options, outcome);
+  });
 }
 
 }  // namespace vcd::verify

@@ -1,4 +1,4 @@
-#include "findings.h"
+#include <vcd/verify/findings.h>
 
 namespace vcd::verify {
 namespace {

@@ -1,8 +1,10 @@
-#include "inputs.h"
+#include <vcd/verify/inputs.h>
 
 #include <set>
 
 namespace vcd::verify {
+
+using namespace library;
 namespace {
 
 namespace fs = std::filesystem;

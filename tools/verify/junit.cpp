@@ -2,11 +2,13 @@
 
 #include <pugixml.hpp>
 
+#include "common/exit_codes.h"
 #include "common/paths.h"
-#include "common/program.h"
 #include "reports.h"
 
 namespace vcd::verify {
+
+using namespace tools;
 namespace {
 
 // XML 1.0 cannot hold U+FFFE and U+FFFF, however they are written, nor control characters; those `shown` has taken out.

@@ -1,14 +1,18 @@
-#include "library.h"
+#include <vcd/verify/library.h>
 
 #include <new>
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
+#include <vcd/verify/inputs.h>
+#include "common/describe.h"
 #include "common/meshes.h"
-#include "inputs.h"
 
 namespace vcd::verify {
+
+using namespace tools;
+using namespace library;
 namespace {
 
 namespace fs = std::filesystem;

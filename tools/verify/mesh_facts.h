@@ -4,7 +4,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/layout.h>
 
-#include "outcome.h"
+#include <vcd/verify/outcome.h>
 
 namespace vcd::verify {
 

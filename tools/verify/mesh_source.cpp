@@ -3,10 +3,34 @@
 #include <algorithm>
 #include <optional>
 
+#include "common/describe.h"
 #include "common/meshes.h"
 
 namespace vcd::verify {
+
+using namespace tools;
 namespace {
+
+const PreparedMesh* matching(std::span<const PreparedMesh> meshes, const std::string& none,
+                             const ObjectContents& object, const std::string& place, Outcome& outcome) {
+  const auto found = std::ranges::find(meshes, object.record->geometry_hash, &PreparedMesh::geometry_hash);
+  if (found != meshes.end()) return &*found;
+  outcome.add(IssueId::stale, ErrorCode::stale, place,
+              none + " has its geometry hash " + hex(object.record->geometry_hash));
+  return nullptr;
+}
+
+class InMemory : public MeshSource {
+ public:
+  explicit InMemory(std::span<const PreparedMesh> meshes) : meshes_(meshes) {}
+
+  const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
+    return matching(meshes_, "no mesh", object, place, outcome);
+  }
+
+ private:
+  std::span<const PreparedMesh> meshes_;
+};
 
 class File : public MeshSource {
  public:
@@ -18,11 +42,7 @@ class File : public MeshSource {
       if (!*meshes_) outcome.add(IssueId::mesh_unreadable, meshes_->error().code, "", meshes_->error().message);
     }
     if (!*meshes_) return nullptr;
-    const auto found = std::ranges::find(**meshes_, object.record->geometry_hash, &PreparedMesh::geometry_hash);
-    if (found != (*meshes_)->end()) return &*found;
-    outcome.add(IssueId::stale, ErrorCode::stale, place,
-                "no mesh of " + path_ + " has its geometry hash " + hex(object.record->geometry_hash));
-    return nullptr;
+    return matching(**meshes_, "no mesh of " + path_, object, place, outcome);
   }
 
  private:
@@ -35,6 +55,10 @@ class File : public MeshSource {
 
 std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar) {
   return std::make_unique<File>(path, sidecar);
+}
+
+std::unique_ptr<MeshSource> against_meshes(std::span<const PreparedMesh> meshes) {
+  return std::make_unique<InMemory>(meshes);
 }
 
 }  // namespace vcd::verify

@@ -2,12 +2,13 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 
-#include "outcome.h"
+#include <vcd/verify/outcome.h>
 
 namespace vcd::verify {
 
@@ -22,6 +23,9 @@ class MeshSource {
 
 // One mesh file, read when it is first asked for.
 std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar);
+
+// Meshes in memory, which outlive the source.
+std::unique_ptr<MeshSource> against_meshes(std::span<const PreparedMesh> meshes);
 
 // Thrown where work ends early because the user wants it to.
 struct Interrupted {};

@@ -1,10 +1,12 @@
-#include "outcome.h"
+#include <vcd/verify/outcome.h>
 
 #include <algorithm>
 
 #include "common/paths.h"
 
 namespace vcd::verify {
+
+using namespace tools;
 
 std::string Issue::text() const {
   if (in_bytes) return shown(describe(*in_bytes));
@@ -34,26 +36,6 @@ int Outcome::exit_code() const {
 std::string reason(const Error& error, const std::filesystem::path& path) {
   const std::string name = path.string() + ": ";
   return error.message.starts_with(name) ? error.message.substr(name.size()) : error.message;
-}
-
-Json describe_outcome(const Outcome& outcome) {
-  Json json{{"file", path_to_json(outcome.path)}, {"findings", Json::array()}};
-  Json errors = Json::array();
-  for (const Issue& issue : outcome.issues) {
-    const bool is_error = issue.severity == Severity::error;
-    json["findings"].push_back({{"id", issue.info->id},
-                                {"severity", is_error ? "error" : "warning"},
-                                {"message", issue.info->message},
-                                {"place", issue.place},
-                                {"detail", issue.detail},
-                                {"byte_offset", issue.in_bytes ? Json(issue.in_bytes->offset) : Json(nullptr)},
-                                {"spec_section", issue.info->spec_section}});
-    if (is_error) errors.push_back(shown(outcome.path) + ": " + issue.text());
-  }
-  if (!outcome.details.is_null()) json.update(outcome.details);
-  json["errors"] = errors;
-  json["exit_code"] = outcome.exit_code();
-  return json;
 }
 
 }  // namespace vcd::verify

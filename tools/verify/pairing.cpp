@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <set>
 
+#include "common/describe.h"
 #include "common/meshes.h"
 #include "common/paths.h"
 
 namespace vcd::verify {
+
+using namespace tools;
+using namespace library;
 namespace {
 
 // What breaks its format will never have a sidecar. Of what could not be read today nobody knows.
@@ -106,10 +110,9 @@ class Comparison {
     }
   }
 
-  Outcome outcome_of(size_t index, const Asset& asset) const {
+  Outcome outcome_of(size_t index, const verify::Asset& asset) const {
     Outcome outcome{.subject = Subject::asset, .path = asset.file.path};
     const Reading& reading = asset.readings[opaque_parts];
-    outcome.details["meshes"] = Json::array();
     if (!reading.done) {
       outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted");
       return outcome;
@@ -119,10 +122,7 @@ class Comparison {
     std::vector<std::string> without;
     for (const AssetMesh& mesh : reading.meshes) {
       const bool has_sidecar = seen_.contains(mesh.geometry) || other_way(asset, mesh.source_index);
-      outcome.details["meshes"].push_back({{"source_index", mesh.source_index},
-                                           {"name", mesh.name},
-                                           {"geometry_hash", hex(mesh.geometry)},
-                                           {"has_sidecar", has_sidecar}});
+      outcome.meshes.push_back({mesh.source_index, mesh.name, mesh.geometry, has_sidecar});
       if (!has_sidecar) without.push_back("mesh " + std::to_string(mesh.source_index) + " " + printable(mesh.name));
     }
     if (!without.empty()) add_missing(outcome, index, without, reading.meshes.size());
@@ -131,7 +131,7 @@ class Comparison {
 
  private:
   // Whether a sidecar has the asset's meshes, or one of them, baked with all parts as opaque.
-  bool other_way(const Asset& asset, std::optional<uint32_t> source_index = {}) const {
+  bool other_way(const verify::Asset& asset, std::optional<uint32_t> source_index = {}) const {
     return std::ranges::any_of(asset.readings[all_parts].meshes, [&](const AssetMesh& mesh) {
       return seen_.contains(mesh.geometry) && (!source_index || *source_index == mesh.source_index);
     });

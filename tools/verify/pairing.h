@@ -4,14 +4,15 @@
 #include <memory>
 #include <vector>
 
-#include "library.h"
+#include <vcd/verify/library.h>
 #include "mesh_source.h"
 
 namespace vcd::verify {
 
 // The mesh is read again when it is asked for. An object without one is stale if an asset has the sidecar's name, else
 // orphaned.
-std::unique_ptr<MeshSource> against_library(Library& library, const FoundFile& file, const SidecarContents& sidecar);
+std::unique_ptr<MeshSource> against_library(Library& library, const library::FoundFile& file,
+                                            const SidecarContents& sidecar);
 
 // One outcome an asset: missing where a mesh's geometry is in none of the sidecars, or unusable, unreadable, not
 // verified. is_complete: whether all sidecars were looked at; if not, what is not seen is not verified.

@@ -4,12 +4,20 @@
 #include <optional>
 #include <string>
 
-#include "run.h"
+#include <vcd/verify/run.h>
+
+#include "common/describe.h"
 
 namespace vcd::verify {
 
-// An outcome as it comes: what a person wants to see on standard output, faults on standard error.
-void print_outcome(const Outcome& outcome, bool quiet);
+using tools::Json;
+
+// What a person wants to see of a sound file, too: its audits. Empty, or lines.
+std::string text_of(const Outcome& outcome);
+
+// {"file", "findings", "objects" of a sidecar, "meshes" of an asset, "errors", "exit_code"}
+Json describe_outcome(const Outcome& outcome);
+Json describe_totals(const Totals& totals);
 
 // {"tool", "version", "totals", "files", and with a library "assets"}
 Json describe_run(const Run& run);

@@ -1,4 +1,4 @@
-#include "run.h"
+#include <vcd/verify/run.h>
 
 #include <algorithm>
 #include <memory>
@@ -8,10 +8,13 @@
 
 #include <vcd/baker/threads.h>
 
-#include "common/program.h"
+#include "common/exit_codes.h"
 #include "pairing.h"
 
 namespace vcd::verify {
+
+using namespace tools;
+using namespace library;
 namespace {
 
 // take(0), take(1), … one at a time, each after its make(i); those run side by side.
@@ -84,7 +87,7 @@ class Runner {
   const RunOptions& options_;
   CheckOptions check_;
   const std::function<void(Outcome&)>& tell_;
-  std::unique_ptr<Library> library_;
+  std::unique_ptr<verify::Library> library_;
   Run run_;
 };
 

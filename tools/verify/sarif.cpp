@@ -3,6 +3,8 @@
 #include "uri.h"
 
 namespace vcd::verify {
+
+using namespace tools;
 namespace {
 
 const char* level(Severity severity) { return severity == Severity::error ? "error" : "warning"; }

@@ -1,4 +1,4 @@
-#include "totals.h"
+#include <vcd/verify/totals.h>
 
 #include <set>
 
@@ -37,27 +37,6 @@ void Totals::add(const Outcome& outcome) {
   }
   contradictions_seen += outcome.contradictions_seen;
   contradictions_listed += outcome.contradictions_listed;
-}
-
-Json describe_totals(const Totals& t) {
-  Json json{{"sidecars", t.sidecars},
-            {"ok", t.ok},
-            {"failed", t.failed},
-            {"not_verified", t.not_verified},
-            {"stale", t.stale},
-            {"orphaned", t.orphaned},
-            {"inputs_failed", t.inputs_failed},
-            {"warnings", t.warnings},
-            {"failed_by_finding", t.failed_by_finding},
-            {"contradictions_seen", t.contradictions_seen},
-            {"contradictions_listed", t.contradictions_listed}};
-  if (t.has_library)
-    json.update({{"assets", t.assets},
-                 {"missing", t.missing},
-                 {"unusable", t.unusable},
-                 {"unreadable", t.unreadable},
-                 {"assets_not_verified", t.assets_not_verified}});
-  return json;
 }
 
 std::string summary(const Totals& t) {

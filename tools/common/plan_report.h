@@ -1,0 +1,13 @@
+// The forecasts of a plan as text and JSON.
+#pragma once
+
+#include <vcd/baker/plan.h>
+
+#include "describe.h"
+
+namespace vcd::tools {
+
+Json describe_plan(const Plan& plan);
+void print_plan(const Plan& plan);  // a table on standard output
+
+}  // namespace vcd::tools

@@ -1,0 +1,95 @@
+#include "asset_report.h"
+
+#include <cstdio>
+
+#include "common/describe.h"
+#include "common/paths.h"
+#include "common/plan_report.h"
+#include "common/readable.h"
+
+namespace vcd::library {
+namespace {
+
+using namespace tools;
+
+std::string percent(double share, int digits = 1) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.*f %%", digits, 100 * share);
+  return text;
+}
+
+double cells_of(const ObjectRecord& record) { return static_cast<double>(tree_shape(record.depth).cells()); }
+
+// What was forecast beside what came.
+std::string outcome(const BakedObject& object) {
+  const Plan& plan = *object.plan;
+  if (plan.depth == 0) return "  plan      not worth it: " + plan.reason + "\n";
+  const DepthForecast& f = plan.forecasts[plan.depth - 1];
+  const double unclassified = static_cast<double>(object.record.cells[2]) / cells_of(object.record);
+  char gain[32];
+  std::snprintf(gain, sizeof gain, "%.2f", f.gain);
+  return "  plan      depth " + std::to_string(plan.depth) + ", " + plan.reason +
+         "; forecast and outcome: " + readable_bytes(f.bytes) + " and " + readable_bytes(object.bytes_before_demotion) +
+         ", " + readable_seconds(f.seconds) + " and " + readable_seconds(object.seconds) + ", " + percent(f.resolved) +
+         " and " + percent(1 - unclassified) + " resolved\n  expected  " + percent(f.resolved_shadow) +
+         " of shadow rays that pierce the box answered, traced " + gain + " times faster one by one\n";
+}
+
+std::string baked_lines(const BakedObject& object, uint64_t file_bytes) {
+  std::string text;
+  if (object.plan) text += outcome(object);
+  if (object.cells_demoted)
+    text += "  budget    made " + readable_bytes(file_bytes) + " of " + readable_bytes(object.bytes_before_demotion) +
+            ": " + percent(static_cast<double>(object.cells_demoted) / cells_of(object.record), 2) +
+            " of all cells lost their class\n";
+  if (object.out_of_time) text += "  time      is over: what was not classified by then is unclassified\n";
+  if (object.record.method == static_cast<uint8_t>(Method::none)) return text;
+  return text + "  baked     in " + readable_seconds(object.seconds) + ", " +
+         readable_count(static_cast<double>(object.rays)) + " rays, " +
+         readable_count(static_cast<double>(object.rays) / object.seconds) + " rays/s\n";
+}
+
+}  // namespace
+
+std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes,
+                         const std::vector<FinishedObject>& objects) {
+  Json json{
+      {"input", path_to_json(asset.input)}, {"output", path_to_json(asset.output)}, {"bytes", bytes}, {"notes", notes}};
+  json["objects"] = Json::array();
+  for (const FinishedObject& object : objects) {
+    const ObjectToWrite written = object.to_write();
+    const TreeView tree = object.known ? object.known->contents().tree : object.baked.tree();
+    Json entry = describe_object({&written.record, written.name, tree, written.geometry});
+    entry["duplicate_triangles"] = object.duplicate_triangles;
+    entry["zero_area_triangles"] = object.zero_area_triangles;
+    entry["reused"] = object.known.has_value();
+    entry["plan"] = nullptr;
+    if (!object.known) {
+      if (object.baked.plan) entry["plan"] = describe_plan(*object.baked.plan);
+      entry["bytes_before_demotion"] = object.baked.bytes_before_demotion;
+      entry["cells_demoted"] = object.baked.cells_demoted;
+      entry["out_of_time"] = object.baked.out_of_time;
+      entry["rays"] = object.baked.rays;
+      entry["seconds"] = object.baked.seconds;
+    }
+    json["objects"].push_back(std::move(entry));
+  }
+  return json_text(json);
+}
+
+std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<FinishedObject>& objects) {
+  std::string text = shown(asset.input) + " -> " + shown(asset.output) + ", " + readable_bytes(bytes) + "\n";
+  for (const FinishedObject& object : objects) {
+    const ObjectToWrite written = object.to_write();
+    text += "object " + std::to_string(object.source_index) + " " + printable(object.name) + "\n" +
+            object_summary(written.record);
+    if (object.duplicate_triangles || object.zero_area_triangles)
+      text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
+              std::to_string(object.zero_area_triangles) + " zero-area triangles\n";
+    text += object.known ? "  baked     before: its geometry and settings are the same\n"
+                         : baked_lines(object.baked, bytes);
+  }
+  return text;
+}
+
+}  // namespace vcd::library

@@ -1,0 +1,29 @@
+// What came of one asset, as JSON and for people.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <vcd/library/assets.h>
+#include <vcd/library/object_cache.h>
+
+namespace vcd::library {
+
+// One object of an asset: baked now, or known before.
+struct FinishedObject {
+  std::string name;
+  uint32_t source_index = 0;
+  uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
+  std::optional<CachedObject> known = {};
+  BakedObject baked = {};  // where it was not known
+
+  ObjectToWrite to_write() const { return known ? known->to_write(name, source_index) : baked.to_write(); }
+};
+
+// A JSON object: input, output, bytes, notes, objects.
+std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes,
+                         const std::vector<FinishedObject>& objects);
+std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<FinishedObject>& objects);
+
+}  // namespace vcd::library

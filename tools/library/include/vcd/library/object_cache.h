@@ -1,0 +1,53 @@
+// Baked objects that need not be baked again: from a cache folder, or from the sidecar that is about to be replaced.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <vcd/baker/prepare.h>
+#include <vcd/format/contents.h>
+#include <vcd/format/file_bytes.h>
+#include <vcd/format/writer.h>
+
+#include <vcd/library/settings.h>
+
+namespace vcd::library {
+
+// One object of a sidecar file that is kept open.
+class CachedObject {
+ public:
+  CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents, size_t index);
+  const ObjectContents& contents() const { return contents_->objects[index_]; }
+  // As an object of that name and place in its file. Points into this.
+  ObjectToWrite to_write(std::string_view name, uint32_t source_index) const;
+
+ private:
+  std::shared_ptr<const FileBytes> file_;
+  std::shared_ptr<const SidecarContents> contents_;
+  size_t index_;
+};
+
+// Content-addressed: an object is found by the hash of its geometry, of the settings that decide about its bytes, and
+// of the baker's revision, whatever the file it came from. An entry is a sidecar of one object, FOLDER/xx/HASH.vcd,
+// that says what it holds; it is read as a stranger's file is, and what is damaged or says something else is not there.
+// Any number of machines and users may share a folder (who may write to it must be trusted: an entry's cells are not
+// traced again); entries may be deleted at any time.
+class ObjectCache {
+ public:
+  explicit ObjectCache(std::filesystem::path folder) : folder_(std::move(folder)) {}  // empty: no cache
+
+  std::optional<CachedObject> find(const PreparedMesh& mesh, const BakeSettings& settings) const;
+  // Errors: io. Not being kept is no reason to fail a bake.
+  std::optional<Error> keep(const PreparedMesh& mesh, const BakeSettings& settings, const ObjectToWrite& object) const;
+
+ private:
+  std::filesystem::path folder_;
+};
+
+// The object of that geometry in a sidecar that this baker made with the same settings; nothing otherwise.
+std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const PreparedMesh& mesh,
+                                            const BakeSettings& settings);
+
+}  // namespace vcd::library

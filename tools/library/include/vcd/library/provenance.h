@@ -1,0 +1,26 @@
+// A sidecar's provenance: which baker made it, with which settings, of which files. It is part of the sidecar's bytes.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <vcd/baker/source.h>
+#include <vcd/format/contents.h>
+
+#include <vcd/library/assets.h>
+
+namespace vcd::library {
+
+std::string baker_text();  // program, version, kBakeRevision
+
+// `sources`: the files that were read, the mesh file first.
+std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources);
+
+std::string_view provenance_value(const SidecarContents& sidecar, std::string_view key);  // empty where there is none
+
+// The files that the mesh file named when the sidecar was made of it.
+std::vector<SourceFile> dependencies_of(const SidecarContents& sidecar);
+
+}  // namespace vcd::library

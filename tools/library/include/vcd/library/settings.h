@@ -1,0 +1,71 @@
+// What one asset is baked with: the settings that decide about the bytes of its sidecar, each described once.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include <vcd/baker/bake.h>
+#include <vcd/baker/ingest.h>
+
+namespace vcd::library {
+
+// Each member has an entry in settings_table(): a forgotten one does not compile.
+struct BakeSettings {
+  uint32_t depth = 0;  // 1 to 8; 0: the deepest that pays
+  Method method = Method::hybrid;
+  uint32_t samples = 0;       // 0: the method's own number
+  double budget_mb = 0;       // MiB; 0: none
+  double budget_seconds = 0;  // 0: none
+  uint64_t seed = 0;
+  uint64_t audit_lines = 1000000;
+  Storage storage = Storage::raw;
+  bool embed_geometry = false;
+  bool all_as_opaque = false;
+
+  bool operator==(const BakeSettings&) const = default;
+
+  BakeOptions bake_options() const;  // threads, progress and stop are the caller's
+  IngestOptions ingest_options() const { return {.treat_all_as_opaque = all_as_opaque}; }
+};
+
+// What a setting decides: the content of each object; which triangles the asset's objects have, too; how the file
+// stores its content.
+enum class Scope : uint8_t { object, asset, file };
+
+// One setting: an option of the programs, a member of a manifest, a member of the sidecar's provenance.
+struct Setting {
+  enum class Form : uint8_t { flag, number, word };  // as JSON: true or false, a number, a text
+  struct Word {
+    std::string_view text;
+    uint64_t value;
+  };
+  using Member = std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*,
+                              double BakeSettings::*, Method BakeSettings::*, Storage BakeSettings::*>;
+
+  std::string_view name;  // "budget-mb": --budget-mb, "budget-mb": …
+  char letter;            // of the option; 0: none
+  Scope scope;
+  Form form;
+  Member member;
+  std::string_view help;
+  std::span<const Word> words = {};  // what it takes; empty: a number from `least` to `most`
+  double least = 0, most = 0;
+  bool zero_is_none = false;  // then it is not written
+};
+std::span<const Setting> settings_table();
+
+// What the setting takes, for a help text: "raw|ship", "NUMBER in [0.1 - 1000000000]".
+std::string values_of(const Setting& setting);
+
+// Sets the setting of that name from its text: a word, a number, true or false. An error (usage) names the setting and
+// says what it takes; then `settings` is unchanged.
+std::optional<Error> set(BakeSettings& settings, std::string_view name, std::string_view text);
+
+// The settings of this scope and below as a JSON object, the same text for the same settings.
+std::string settings_text(const BakeSettings& settings, Scope scope);
+
+}  // namespace vcd::library
