@@ -7,6 +7,8 @@
 
 #include <vcd/format/contents.h>
 
+#include "in_vcd.h"
+
 namespace vcd::tools {
 
 using Json = nlohmann::ordered_json;
@@ -27,8 +29,3 @@ std::string json_text(const Json& json, int indent = -1);
 void print_json(const Json& json);  // standard output, two spaces of indent
 
 }  // namespace vcd::tools
-
-// The programs in lab/ are of namespace vcd.
-namespace vcd {
-using namespace tools;
-}

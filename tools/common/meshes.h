@@ -9,6 +9,8 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 
+#include "in_vcd.h"
+
 namespace vcd::tools {
 
 // Gets a mesh, or why this one cannot be prepared.

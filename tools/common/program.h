@@ -49,8 +49,3 @@ void print_error(const std::string& message);
 void print_note(const std::string& message);
 
 }  // namespace vcd::tools
-
-// The programs in lab/ are of namespace vcd.
-namespace vcd {
-using namespace tools;
-}
