@@ -21,7 +21,7 @@
 #include "prepare/clearances.h"
 #include "prepare/place.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -209,4 +209,4 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) t
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -23,6 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::baker;
 
 struct Options {
   CommonOptions common;

@@ -20,6 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::baker;
 
 enum class Shadows { bvh, vcd, both };
 

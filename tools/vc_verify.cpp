@@ -12,6 +12,7 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::baker;
 namespace fs = std::filesystem;
 
 struct Options {

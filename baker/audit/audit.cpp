@@ -10,7 +10,7 @@
 
 #include "audit/lines.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint64_t kBatch = 4096;  // segments that share a generator
@@ -139,4 +139,4 @@ double lower_bound_95(uint64_t wrong, uint64_t all) {
   return wrong == 0 ? 0 : mean_of_at_most(wrong - 1, 0.95) / static_cast<double>(all);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 
 #include "prepare/place.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 Answers answers_of(const ObjectRecord& record, TreeView tree, uint32_t blocked_answers) {
@@ -55,4 +55,4 @@ void record_audit(const AuditReport& report, ObjectRecord& record) {
   record.audit_bound_95 = static_cast<float>(upper_bound_95(undirected.all_wrong(), undirected.segments));
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

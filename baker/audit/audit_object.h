@@ -6,7 +6,7 @@
 #include <vcd/format/layout.h>
 #include <vcd/format/tree.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Audits a tree before it is written. The answers are those of format's classify(), which the runtime's kernels match
 // bit for bit, and the writer reads back what it has written; so what holds here holds for the file.
@@ -17,4 +17,4 @@ Result<AuditReport> audit_object(const PreparedMesh& mesh, const ObjectRecord& r
 // Writes what an audit found into the object's record.
 void record_audit(const AuditReport& report, ObjectRecord& record);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -3,7 +3,7 @@
 
 #include <vcd/baker/audit.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 std::string replayable(const Segment& s) {
   char text[256];
@@ -25,4 +25,4 @@ bool parse_segment(const std::string& text, Segment& segment) {
   return true;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

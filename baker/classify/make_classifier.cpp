@@ -7,7 +7,7 @@
 #include "classify/sampled_cells.h"
 #include "prepare/place.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 Result<Tracer> trace_in_grid(const GridMesh& mesh) {
   auto tracer = Tracer::build(mesh.positions, mesh.triangles());
@@ -27,4 +27,4 @@ ChosenClassifier make_classifier(const GridMesh& mesh, const Tracer& tracer, con
   return {std::move(classifier), samples};
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

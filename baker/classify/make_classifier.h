@@ -11,7 +11,7 @@
 #include "classify/cell_classifier.h"
 #include "prepare/grid_mesh.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Embree's hierarchy over the mesh. Errors: runtime (out of memory).
 Result<Tracer> trace_in_grid(const GridMesh& mesh);
@@ -26,4 +26,4 @@ ChosenClassifier make_classifier(const GridMesh& mesh, const Tracer& tracer, con
 
 inline constexpr uint32_t kDefaultSamples = 256;
 
-}  // namespace vcd
+}  // namespace vcd::baker

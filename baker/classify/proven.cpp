@@ -8,7 +8,7 @@
 #include "classify/random.h"
 #include "prepare/topology.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Sheets of more triangles are given up: deeper cells see less of them.
@@ -153,4 +153,4 @@ uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& w
   return statistically_blocked(cell, workspace) ? kStatisticallyBlocked : kUnclassified;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "classify/cell_classifier.h"
 #include "prepare/grid_mesh.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct ProvenOptions {
   uint64_t seed = 0;
@@ -48,4 +48,4 @@ class ProvenClassifier : public CellClassifier {
   SampledClassifier statistical_, parent_rays_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 
 #include <vcd/baker/cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 inline constexpr uint32_t kShaftPlanes = 12;  // used; the arrays hold sixteen
 inline constexpr uint32_t kLanes = 16;
@@ -37,4 +37,4 @@ struct Square {
 };
 std::array<Square, 2> squares(const Cell& cell);
 
-}  // namespace vcd
+}  // namespace vcd::baker

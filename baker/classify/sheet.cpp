@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-namespace vcd {
+namespace vcd::baker {
 
 Surface::Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
                  std::vector<uint32_t> neighbour)
@@ -27,4 +27,4 @@ bool Surface::flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& fl
   return flood_surface(state, shaft, seed);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,7 +10,7 @@
 #include "classify/kernels.h"
 #include "classify/shaft.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 class Surface {
  public:
@@ -50,4 +50,4 @@ class Surface {
   std::vector<uint32_t> neighbour_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

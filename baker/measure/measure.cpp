@@ -9,7 +9,7 @@
 #include "object/baked_object.h"
 #include "octree/octree.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 Result<BakeTime> time_bake(const PreparedMesh& mesh, const BakeOptions& options, uint32_t one_in) {
   assert(options.method != Method::none && options.depth >= kMinDepth && options.depth <= kMaxDepth && one_in > 0);
@@ -38,4 +38,4 @@ BakedObject make_unclassified_object(const PreparedMesh& mesh, uint32_t depth) {
   return make_object(mesh, {Method::sampled, depth, kDefaultSamples, 0}, counts, {std::move(tree), {}, {}});
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

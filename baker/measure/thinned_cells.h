@@ -10,7 +10,7 @@
 #include "classify/cell_classifier.h"
 #include "classify/random.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Asks another classifier, but leaves all cells of the top table unclassified except one in so many, chosen by a hash.
 class ThinnedCells : public CellClassifier {
@@ -40,4 +40,4 @@ class ThinnedCells : public CellClassifier {
   mutable std::chrono::steady_clock::time_point top_reached_at_ = std::chrono::steady_clock::now();
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

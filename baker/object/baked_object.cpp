@@ -7,7 +7,7 @@
 
 #include "classify/shaft.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 BakedObject::BakedObject(std::unique_ptr<Arrays> arrays) : arrays_(std::move(arrays)) {}
 BakedObject::BakedObject() = default;
@@ -81,4 +81,4 @@ BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<st
   return object;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,7 +10,7 @@
 
 #include "octree/dag.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct BakedObject::Arrays {
   TreeArrays tree;
@@ -34,4 +34,4 @@ BakedObject make_object(const PreparedMesh& mesh, const Classification& classifi
 BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<std::byte>&& geometry,
                                         std::optional<Plan> plan = {});
 
-}  // namespace vcd
+}  // namespace vcd::baker

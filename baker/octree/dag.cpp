@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 template <size_t kWords>
@@ -83,4 +83,4 @@ TreeArrays unclassified_tree(uint32_t depth) {
   return dag.take();
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "octree/block_pool.h"
 #include "octree/subtree.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // The arrays of a TREE section, owned.
 struct TreeArrays {
@@ -44,4 +44,4 @@ class DagBuilder {
 // The tree of a depth in which every cell is unclassified.
 TreeArrays unclassified_tree(uint32_t depth);
 
-}  // namespace vcd
+}  // namespace vcd::baker

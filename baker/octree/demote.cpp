@@ -17,7 +17,7 @@
 #include "classify/random.h"
 #include "octree/block_pool.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kLow = 0x55555555u;  // the low bits of the sixteen cells of a word
@@ -294,4 +294,4 @@ Demoted demote_merge(TreeArrays tree, uint64_t budget_bytes, unsigned threads) {
   });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

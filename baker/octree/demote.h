@@ -5,7 +5,7 @@
 
 #include "octree/dag.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct Demoted {
   TreeArrays tree;
@@ -21,4 +21,4 @@ struct Demoted {
 // threads: 0 for all; the result is the same for any number.
 Demoted demote_merge(TreeArrays tree, uint64_t budget_bytes, unsigned threads = 0);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,7 +10,7 @@
 
 #include <vcd/baker/threads.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Top cells that travel through the pipeline together: many where each is little work.
@@ -106,4 +106,4 @@ std::optional<Octree> build_octree(const CellSource& source, unsigned threads, c
   return with_threads(threads, [&] { return build(source, progress); });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

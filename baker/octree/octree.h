@@ -7,7 +7,7 @@
 
 #include "octree/dag.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // done and total count cells of the top table.
 using OctreeProgress = std::function<void(uint64_t done, uint64_t total, uint64_t rays)>;
@@ -21,4 +21,4 @@ struct Octree {
 // and a hash table of at most a quarter of it.
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress);
 
-}  // namespace vcd
+}  // namespace vcd::baker

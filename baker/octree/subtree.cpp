@@ -1,6 +1,6 @@
 #include "subtree.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 class Builder {
@@ -63,4 +63,4 @@ Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t val
   return subtree;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

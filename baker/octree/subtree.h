@@ -12,7 +12,7 @@
 
 #include "classify/cell_classifier.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 using BrickWords = std::array<uint32_t, 16>;  // 256 cells × 2 bits
 
@@ -45,4 +45,4 @@ struct Subtree {
 // value: the class of the top cell where an ancestor or the cell itself decided it, else kDeeper.
 Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kMostPaths = 600, kFewestPaths = 60;
@@ -285,4 +285,4 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
   return plan;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

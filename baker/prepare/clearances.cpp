@@ -7,7 +7,7 @@
 
 #include <vcd/format/line_cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -107,4 +107,4 @@ std::vector<uint8_t> clearances_of(const GridMesh& mesh) {
   return clearances;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

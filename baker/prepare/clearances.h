@@ -8,7 +8,7 @@
 
 #include "prepare/grid_mesh.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // kMarginBytes bytes, as the MARG section has them: for each square of each face the whole number of grid units, at
 // most 255, such that every point of the mesh is further than that, and kClearanceSlack more, from every point of the
@@ -19,4 +19,4 @@ std::vector<uint8_t> clearances_of(const GridMesh& mesh);
 // grid.
 inline constexpr double kClearanceSlack = 0.125;
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include <vcd/baker/prepare.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Made once a bake and read by every pass that looks at triangles, except the audit, which trusts no mapping. Neither
 // copied nor moved, since those passes refer to it.
@@ -21,4 +21,4 @@ struct GridMesh {
   std::vector<Position> positions;  // one for each of the source's, in the same order
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

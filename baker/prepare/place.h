@@ -5,10 +5,10 @@
 
 #include <vcd/baker/prepare.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 inline std::string place_of(const PreparedMesh& mesh) {
   return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\"";
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

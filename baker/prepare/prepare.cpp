@@ -9,7 +9,7 @@
 #include "place.h"
 #include "weld.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 Result<PreparedMesh> prepare(SourceMesh&& source) {
   PreparedMesh mesh;
@@ -33,4 +33,4 @@ std::vector<Position> positions_in_grid(const PreparedMesh& mesh) {
   return positions;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -19,6 +19,7 @@
 #include "support/trees.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 TEST(SampledClassifier, SamplesEveryStratumOnce) {

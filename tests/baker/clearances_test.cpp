@@ -16,6 +16,7 @@
 #include "support/random.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Points all over the mesh, in grid units.

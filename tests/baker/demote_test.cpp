@@ -16,6 +16,7 @@
 #include "support/trees.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 uint64_t bytes_of(const TreeView& tree) {

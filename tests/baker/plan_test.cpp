@@ -4,6 +4,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 BakeOptions automatic(Method method = Method::proven) {

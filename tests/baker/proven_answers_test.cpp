@@ -8,6 +8,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr int kLines = 40000;  // a mesh

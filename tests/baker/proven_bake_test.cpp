@@ -10,6 +10,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr uint32_t kDepth = kSanitized ? 3 : 4;

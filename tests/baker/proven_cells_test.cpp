@@ -9,6 +9,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr long double kGuard = 0.05L;

@@ -17,6 +17,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 using Buffer = std::vector<std::byte>;

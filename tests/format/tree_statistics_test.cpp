@@ -12,6 +12,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // The counts straight from the definition: every cell of the deepest level, asked one by one.

@@ -13,6 +13,7 @@
 #include "worlds.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 bool same_bits(const Image& a, const Image& b) {

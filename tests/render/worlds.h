@@ -49,8 +49,9 @@ inline RenderSettings small_picture(unsigned threads = 1) {
   return settings;
 }
 
-inline WorldSidecars must_bake(const World& world, const BakeOptions& options, const TemporaryFolder& folder) {
-  const auto baked = bake_world(world, options, folder / "world.vcd", [](const WorldObject&, const BakeProgress&) {});
+inline WorldSidecars must_bake(const World& world, const baker::BakeOptions& options, const TemporaryFolder& folder) {
+  const auto baked =
+      bake_world(world, options, folder / "world.vcd", [](const WorldObject&, const baker::BakeProgress&) {});
   if (!baked) throw std::runtime_error(baked.error().message);
   auto sidecars = open_sidecars(world, {(folder / "world.vcd").string()});
   if (!sidecars) throw std::runtime_error(sidecars.error().message);

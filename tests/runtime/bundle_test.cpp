@@ -20,6 +20,7 @@
 #include "support/segments.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 struct Light {

@@ -18,6 +18,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Lines of all kinds through and about a box: random ones, along axes, through corners and edges, in faces, from far

@@ -20,6 +20,7 @@
 #include "support/segments.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Turned, stretched along its axes by up to four, mirrored now and then.

@@ -21,6 +21,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 class Runtime : public testing::Test {

@@ -12,6 +12,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // A quarter of the top cells share three random subtrees, which are made of twelve bricks; the others are uniform.

@@ -8,7 +8,7 @@
 
 namespace vcd::test {
 
-inline TreeArrays arrays_of(const TreeView& tree, uint32_t depth) {
+inline baker::TreeArrays arrays_of(const TreeView& tree, uint32_t depth) {
   const auto words = [](const void* from, uint64_t bytes) {
     std::vector<uint32_t> copy(bytes / 4);
     if (bytes) std::memcpy(copy.data(), from, bytes);

@@ -16,6 +16,7 @@
 #include "traced_mesh.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 // The baker's recursion below one cell; visit(cell, rays) sees every cell and how many rays it took.

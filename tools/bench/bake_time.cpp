@@ -10,6 +10,7 @@
 #include "timing.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 struct MethodToTime {

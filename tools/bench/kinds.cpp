@@ -5,6 +5,7 @@
 #include <vcd/baker/audit.h>
 
 namespace vcd {
+using namespace baker;
 
 std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
                                                    std::array<uint64_t, kSegmentKinds>& all) {

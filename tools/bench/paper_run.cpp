@@ -17,6 +17,7 @@
 #include "render/sidecars.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 namespace fs = std::filesystem;

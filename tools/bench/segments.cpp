@@ -19,6 +19,7 @@
 #include "traced_mesh.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 bool occluded_by_bvh(RTCScene scene, const Segment& segment) {

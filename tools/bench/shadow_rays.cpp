@@ -5,6 +5,7 @@
 #include <random>
 
 namespace vcd {
+using namespace baker;
 
 LightBundles shadow_rays(const PreparedMesh& mesh, size_t points, uint64_t seed) {
   std::mt19937_64 random(seed);

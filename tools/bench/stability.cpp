@@ -15,6 +15,7 @@
 #include "machine.h"
 
 namespace vcd {
+using namespace baker;
 
 struct StabilityMesh {
   PreparedMesh mesh;

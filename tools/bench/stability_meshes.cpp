@@ -4,6 +4,7 @@
 #include <numbers>
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 double uniform(Random& random) { return std::generate_canonical<double, 53>(random); }

@@ -24,10 +24,10 @@ std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_tr
 using Random = std::mt19937_64;
 
 // How segments are drawn. All are in the mesh's own frame.
-using SegmentMaker = std::function<Segment(const PreparedMesh&, Random&)>;
+using SegmentMaker = std::function<Segment(const baker::PreparedMesh&, Random&)>;
 
 // Through a random point of the box, in a random direction, from `boxes` boxes away.
-Segment through_the_box(const PreparedMesh& mesh, Random& random, double boxes);
+Segment through_the_box(const baker::PreparedMesh& mesh, Random& random, double boxes);
 
 // By name: axis, in-face, box-edge, box-corner, grazing, vertex, edge, end-on-surface, end-on-box, end-inside,
 // end-outside.

@@ -3,6 +3,7 @@
 #include "common/meshes.h"
 
 namespace vcd {
+using namespace baker;
 
 Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar,
                                     const std::array<uint8_t, 16>* hash) {

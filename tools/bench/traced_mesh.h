@@ -11,8 +11,8 @@
 namespace vcd {
 
 struct TracedMesh {
-  PreparedMesh mesh;
-  Tracer tracer;
+  baker::PreparedMesh mesh;
+  baker::Tracer tracer;
 
   // The mesh with that hash, or the first, ingested as the sidecar says (null: as by default). Errors: those of
   // load_meshes(); stale.

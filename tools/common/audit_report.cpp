@@ -4,6 +4,7 @@
 #include <cstdio>
 
 namespace vcd {
+using namespace baker;
 
 Json describe_counts(const AuditCounts& c) {
   return {{"segments", c.segments},

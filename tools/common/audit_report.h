@@ -10,11 +10,11 @@
 
 namespace vcd {
 
-Json describe_audit(const AuditReport& report);
-std::string audit_summary(const AuditReport& report);  // a table, indented by two spaces
+Json describe_audit(const baker::AuditReport& report);
+std::string audit_summary(const baker::AuditReport& report);  // a table, indented by two spaces
 
 // An object of a sidecar as an audit asks it. The object's sidecar outlives the function.
-inline Answers answers_of(Object object) {
+inline baker::Answers answers_of(Object object) {
   return [object](std::span<const Segment> segments, std::span<Visibility> answers) {
     object.classify(segments, answers);
   };

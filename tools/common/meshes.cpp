@@ -6,6 +6,7 @@
 #include <vcd/baker/ingest.h>
 
 namespace vcd {
+using namespace baker;
 
 std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, const TakeMesh& take) {
   auto ingested = ingest_isolated(path, {.treat_all_as_opaque = all_as_opaque});

@@ -12,7 +12,7 @@
 namespace vcd {
 
 // Gets a mesh, or why this one cannot be prepared.
-using TakeMesh = std::function<void(const std::string& name, uint32_t source_index, Result<PreparedMesh>&&)>;
+using TakeMesh = std::function<void(const std::string& name, uint32_t source_index, Result<baker::PreparedMesh>&&)>;
 
 // Ingests a file in a child process and prepares its meshes one after another. The error of a file that cannot be
 // ingested.
@@ -23,9 +23,9 @@ bool baked_all_as_opaque(const SidecarContents& sidecar);
 
 // All meshes of a file that can be prepared, ingested as the sidecar's provenance says it was baked (null: as by
 // default).
-Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const SidecarContents* sidecar);
+Result<std::vector<baker::PreparedMesh>> load_meshes(const std::string& path, const SidecarContents* sidecar);
 
 // The mesh that is embedded for an object, decoded in a child process. `path` names the sidecar in messages.
-Result<PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object);
+Result<baker::PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object);
 
 }  // namespace vcd

@@ -8,7 +8,7 @@
 namespace vcd {
 
 // --samples without --method means sampled.
-inline void add_method_options(CLI::App& app, BakeOptions& bake) {
+inline void add_method_options(CLI::App& app, baker::BakeOptions& bake) {
   const std::map<std::string, Method> kMethods = {
       {"proven", Method::proven}, {"hybrid", Method::hybrid}, {"sampled", Method::sampled}};
   CLI::Option* const method =

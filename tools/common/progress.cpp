@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 [[gnu::format(printf, 1, 2)]] std::string text(const char* format, ...) {

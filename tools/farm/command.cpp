@@ -20,6 +20,7 @@
 extern char** environ;
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 std::vector<char*> arguments_of(const std::vector<std::string>& command) {

@@ -6,6 +6,7 @@
 #include "common/progress.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 std::string percent(double share, int digits = 1) {

@@ -10,6 +10,7 @@
 #include "object_cache.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 namespace fs = std::filesystem;

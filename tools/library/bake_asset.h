@@ -16,7 +16,7 @@ struct BakeContext {
   bool reuse = false;           // take objects that did not change from the sidecar in place
   IngestLimits ingest;          // of the parser's own child process
   std::function<void(const std::string&)> on_stage = [](const std::string&) {};  // "reading", "baking", …
-  std::function<void(const BakeProgress&)> on_progress = [](const BakeProgress&) {};
+  std::function<void(const baker::BakeProgress&)> on_progress = [](const baker::BakeProgress&) {};
 };
 
 struct BakedAsset {

@@ -9,6 +9,7 @@
 #include "common/paths.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 // Printable ASCII but for %, so that any name keeps to one line of UTF-8.

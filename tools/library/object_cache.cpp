@@ -5,6 +5,7 @@
 #include "making.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 namespace fs = std::filesystem;

@@ -6,6 +6,7 @@
 #include "common/program.h"
 
 namespace vcd {
+using namespace baker;
 BakeOptions BakeSettings::bake_options() const {
   BakeOptions options = bake;
   options.depth = depth == "auto" ? 0 : static_cast<uint32_t>(depth[0] - '0');

@@ -18,12 +18,12 @@ struct BakeSettings {
   std::string depth = "auto";  // or "1" … "8"
   double budget_mb = 0;        // MiB; 0: none
   bool method_named = false;   // by --method: then --samples does not mean sampled
-  BakeOptions bake;            // method, samples, seed, budget_seconds, embed_geometry; the rest is not a setting
+  baker::BakeOptions bake;     // method, samples, seed, budget_seconds, embed_geometry; the rest is not a setting
   IngestOptions ingest;
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
 
-  BakeOptions bake_options() const;  // depth, budget and audit filled in
+  baker::BakeOptions bake_options() const;  // depth, budget and audit filled in
 
   // All of them, as changed() takes them. Two settings with the same members make the same sidecar of the same mesh.
   Json members() const;

@@ -16,6 +16,7 @@
 #include "common/paths.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 namespace fs = std::filesystem;

@@ -6,6 +6,7 @@
 #include <vcd/format/line_cell.h>
 
 namespace vcd {
+using namespace baker;
 
 const char* segment_kind_name(SegmentKind kind) {
   constexpr const char* kNames[kSegmentKinds] = {"missing", "piercing",         "own",

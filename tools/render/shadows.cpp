@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 size_t words_of(const Bundle& bundle) { return (bundle.segments.size() + 63) / 64; }

@@ -3,6 +3,7 @@
 #include "common/describe.h"
 
 namespace vcd {
+using namespace baker;
 
 Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths) {
   WorldSidecars sidecars;

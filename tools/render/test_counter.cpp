@@ -5,6 +5,7 @@
 #include "packets.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 struct CountingContext {

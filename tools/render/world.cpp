@@ -9,6 +9,7 @@
 #include "common/memory.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 // Measured with Embree's default hierarchy: source, prepared mesh and hierarchy together, rounded up.

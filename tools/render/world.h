@@ -19,8 +19,8 @@
 namespace vcd {
 
 struct WorldObject {
-  PreparedMesh mesh;
-  Tracer tracer;  // the hierarchy over the mesh, in the object's frame
+  baker::PreparedMesh mesh;
+  baker::Tracer tracer;  // the hierarchy over the mesh, in the object's frame
   Vec3 colour;
   std::string source;  // the file it came from, or the scene's name: for messages
 };

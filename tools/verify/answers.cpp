@@ -9,6 +9,7 @@
 #include "mesh_source.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 // The highest share of wrong answers that is forgiven. The sampled method promises nothing about single lines; this

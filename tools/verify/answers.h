@@ -14,7 +14,7 @@ struct Answering {
 };
 
 // Audits it, or asks and traces the one segment. json: the object's part of the report. Throws Interrupted.
-void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
+void check_answers(const Answering& answering, const baker::PreparedMesh& mesh, const std::string& place,
                    const CheckOptions& options, Outcome& outcome, Json& json);
 
 }  // namespace vcd::verify

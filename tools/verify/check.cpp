@@ -14,6 +14,7 @@
 #include "pairing.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents,

@@ -16,7 +16,7 @@ struct CheckOptions {
   std::string against;             // a mesh file; or
   Library* library = nullptr;      // a library; or neither: embedded geometry is all there is
   std::optional<Segment> segment;  // asked and traced instead of an audit
-  AuditOptions audit;
+  baker::AuditOptions audit;
   double max_wrong = -1;       // share of wrong answers that is accepted; negative: by method
   std::function<bool()> stop;  // asked often, from many threads; true ends the check as not verified
 };

@@ -9,6 +9,7 @@
 #include "inputs.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 namespace fs = std::filesystem;

@@ -6,6 +6,7 @@
 #include "common/meshes.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 class File : public MeshSource {

@@ -17,7 +17,8 @@ class MeshSource {
 
   // The mesh with the object's geometry hash; valid until the next call. Null if there is none: then the outcome says
   // why. place: the object, for messages.
-  virtual const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) = 0;
+  virtual const baker::PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place,
+                                             Outcome& outcome) = 0;
 };
 
 // One mesh file, read when it is first asked for.

@@ -7,6 +7,7 @@
 #include "common/paths.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 // What breaks its format will never have a sidecar. Of what could not be read today nobody knows.

@@ -12,6 +12,7 @@
 #include "pairing.h"
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 // take(0), take(1), … one at a time, each after its make(i); those run side by side.

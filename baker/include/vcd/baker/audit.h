@@ -11,7 +11,7 @@
 #include <vcd/format/error.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // How the lines of an audit are chosen. All are segments in the object's frame. Of every kind but inside, a tenth come
 // from far away (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an
@@ -80,4 +80,4 @@ std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, ui
 double upper_bound_95(uint64_t wrong, uint64_t all);
 double lower_bound_95(uint64_t wrong, uint64_t all);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -15,7 +15,7 @@
 #include <vcd/format/error.h>
 #include <vcd/format/writer.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // The passes of a bake in their order. plan, demote, clearances and audit are left out where there is nothing to do.
 enum class BakePass : uint8_t {
@@ -110,4 +110,4 @@ std::vector<std::byte> encode_geometry(const PreparedMesh& mesh);
 Result<SourceMesh> decode_geometry(Bytes draco);
 Result<SourceMesh> decode_geometry_isolated(Bytes draco, const std::string& name);
 
-}  // namespace vcd
+}  // namespace vcd::baker

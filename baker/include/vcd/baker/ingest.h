@@ -57,7 +57,7 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
 // Of the files that ingest() reads, in lower case and without the dot: "glb", "gltf", …
 std::vector<std::string> mesh_extensions();
 
-using IngestLimits = ChildLimits;
+using IngestLimits = baker::ChildLimits;
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
 // an Error (code runtime for a crash, a time-out or exhausted memory), and the caller lives on.

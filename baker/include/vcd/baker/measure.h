@@ -5,7 +5,7 @@
 
 #include <vcd/baker/bake.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct BakeTime {
   double seconds = 0;  // that classifying all cells would take
@@ -21,4 +21,4 @@ Result<BakeTime> time_bake(const PreparedMesh& mesh, const BakeOptions& options,
 // look-up costs where it never helps. depth: 1 … 8.
 BakedObject make_unclassified_object(const PreparedMesh& mesh, uint32_t depth);
 
-}  // namespace vcd
+}  // namespace vcd::baker

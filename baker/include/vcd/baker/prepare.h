@@ -9,7 +9,7 @@
 #include <vcd/baker/mesh.h>
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // One object, welded and cleaned. Equal geometry gives equal bytes here, whatever file, order or naming it came in, and
 // so the same sidecar tree.
@@ -33,4 +33,4 @@ Result<PreparedMesh> prepare(SourceMesh&& source);
 // The positions in grid units, where the padded box is [0, 256]^3: the frame in which cells are classified.
 std::vector<Position> positions_in_grid(const PreparedMesh& mesh);
 
-}  // namespace vcd
+}  // namespace vcd::baker
