@@ -35,7 +35,7 @@ BakedObject::~BakedObject() = default;
 
 TreeView BakedObject::tree() const {
   TreeView tree = arrays_->tree.view();
-  if (!arrays_->margins.empty()) tree.margins = arrays_->margins.data();
+  if (!arrays_->margins.empty()) tree.clearances = arrays_->margins.data();
   return tree;
 }
 

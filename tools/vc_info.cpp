@@ -43,7 +43,7 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
   for (const ObjectContents& object : contents.objects) {
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
-    if (object.tree.margins)
+    if (object.tree.clearances)
       std::printf("  margins   known: segments may begin and end shortly behind the box's faces\n");
     if (!object.geometry.empty())
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());

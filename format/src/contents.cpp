@@ -261,10 +261,10 @@ bool Reader::read_objects() {
 
 bool Reader::set_margins(const SectionEntry& s, uint32_t index) {
   const std::string name = section_type_name(s.type);
-  if (s.logical_size != kMarginBytes)
+  if (s.logical_size != kClearanceBytes)
     return report(FindingId::section_size, entry_offset(index),
-                  name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kMarginBytes));
-  const uint8_t*& margins = contents_.objects[s.object].tree.margins;
+                  name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kClearanceBytes));
+  const uint8_t*& margins = contents_.objects[s.object].tree.clearances;
   if (margins)
     return report(FindingId::section_count, entry_offset(index),
                   "a second " + name + " of object " + std::to_string(s.object));
@@ -409,10 +409,8 @@ bool Reader::read_tree(uint32_t index) {
   tree.block256_count = r.block256_count;
   tree.block16_count = r.block16_count;
   tree.brick_count = r.brick_count;
-  tree.has_clear = r.cells[0] != 0;
-  tree.has_blocked = r.cells[1] != 0 || r.statistical_cells != 0;
-  tree.blocked_answers =
-      r.method == static_cast<uint8_t>(Method::hybrid) ? TreeView::kAllAnswers : TreeView::kProvenAnswers;
+  tree.answers = answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs,
+                              classes_in(r));
   tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
   tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
   tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;

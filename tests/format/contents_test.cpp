@@ -355,7 +355,8 @@ TEST(Class3, IsForHybridsOnly) {
       std::vector<Finding> none;
       const auto contents = read_sidecar(other.bytes, CheckLevel::bounds, none);
       ASSERT_TRUE(contents.has_value());
-      EXPECT_EQ(contents->objects[0].tree.blocked_answers, TreeView::kProvenAnswers);
+      const Place pierces = Place::pierces;
+      EXPECT_EQ(contents->objects[0].tree.answers(pierces, CellClass::statistically_blocked), Visibility::unclassified);
     }
   }
 }
@@ -368,7 +369,7 @@ TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
   ASSERT_TRUE(contents.has_value());
   const ObjectContents& object = contents->objects[0];
   TreeView proven = object.tree;
-  proven.blocked_answers = TreeView::kProvenAnswers;
+  proven.answers = answer_table(Trust::proofs);
   const GridFrame frame = make_grid_frame(object.record->box_min, object.record->box_max);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-0.5f, 1.5f);
@@ -382,7 +383,7 @@ TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
     }
     const LineCell line = locate(frame, segment);
     if (!line.valid || !line.hits || line.t_entry >= 1 || line.t_exit <= 0) continue;
-    const uint32_t bits = bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
+    const auto bits = static_cast<uint32_t>(class_of(object.tree, line));
     const bool pierces = line.t_entry >= 0 && line.t_exit <= 1;
     seen[bits] += pierces;
     const auto expected = [&](bool hybrid) {
@@ -511,13 +512,13 @@ TEST(Margins, AreOneSectionOfOneSizeForAnObject) {
     const auto read = read_sidecar({bytes->data.get(), bytes->size}, CheckLevel::full, found);
     EXPECT_EQ(read.has_value(), found.empty());
     if (read) {
-      EXPECT_EQ(read->objects[0].margins().size(), kMarginBytes);
+      EXPECT_EQ(read->objects[0].margins().size(), kClearanceBytes);
     }
     return found;
   };
   SidecarToWrite good;
   good.objects = {baked.to_write()};
-  ASSERT_EQ(good.objects[0].margins.size(), kMarginBytes);
+  ASSERT_EQ(good.objects[0].margins.size(), kClearanceBytes);
   EXPECT_TRUE(findings(good).empty());
   SidecarToWrite bad = good;
   bad.objects[0].margins = bad.objects[0].margins.first(8);

@@ -35,8 +35,8 @@ uint32_t look_around(const ObjectContents& object) {
     const uint32_t mixed = i * 2654435761u;
     line.pair = i % kFacePairs, line.s = mixed & 255, line.t = mixed >> 8 & 255, line.u = mixed >> 16 & 255,
     line.v = mixed >> 24;
-    sum += bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
-    if (object.tree.margins) sum += covers(object.tree.margins, line, 0, 1);
+    sum += static_cast<uint32_t>(class_of(object.tree, line));
+    if (object.tree.clearances) sum += within_clearances(object.tree.clearances, line, 0, 1);
   }
   return sum;
 }

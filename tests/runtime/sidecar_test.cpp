@@ -195,7 +195,7 @@ TEST(ProvenOnly, TakesStatisticalAnswersBack) {
           continue;
         }
         const LineCell line = locate(frame, segments[i]);
-        const bool proof = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line) == 1;
+        const bool proof = class_of(tree, line) == CellClass::blocked;
         ASSERT_EQ(without[i], proof ? Visibility::blocked : Visibility::unclassified);
         ++(proof ? kept : taken_back);
       }

@@ -54,7 +54,7 @@ SceneQuery query_of(const Bundle& bundle) {
 }
 
 From from_of(const World& world, const Bundle& bundle) {
-  if (bundle.surface != kGroundSurface) return From::own;
+  if (bundle.surface != kGroundSurface) return From::self;
   if (!world.single()) return From::outside;
   const PreparedMesh& mesh = world.objects[0].mesh;
   bool inside = true;

@@ -48,11 +48,11 @@ constexpr bool is_known_section(uint32_t type) {
          type == kSectionGeometry || type == kSectionMargins;
 }
 
-// Each face of the box is divided into 16 × 16 squares, each of a byte: for how many grid units, in each of the three
-// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis
-// first.
-inline constexpr uint32_t kMarginSquares = 16;
-inline constexpr size_t kMarginBytes = 6 * kMarginSquares * kMarginSquares;
+// Clearances. Each face of the box is divided into 16 × 16 squares of a byte each: no triangle has a point that is
+// nearer than so many grid units, in each of the three coordinates, to a point of the square. Face by face; row-major,
+// the face's first axis first.
+inline constexpr uint32_t kClearanceSquares = 16;
+inline constexpr size_t kClearanceBytes = 6 * kClearanceSquares * kClearanceSquares;
 
 inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
 inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section

@@ -17,7 +17,7 @@ struct ObjectToWrite {
   ObjectRecord record{};    // the writer fills in the name's place and the section indices; the rest is the caller's
   std::vector<Bytes> tree;  // the TREE section's logical bytes, in pieces
   Bytes geometry;           // Draco bytes or empty
-  Bytes margins = {};       // kMarginBytes bytes or empty
+  Bytes margins = {};       // kClearanceBytes bytes or empty
 };
 struct OptionalSection {  // one of a type this version does not know, carried along
   SectionEntry entry{};

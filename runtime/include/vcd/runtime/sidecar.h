@@ -45,10 +45,11 @@ class Object {
   void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
 
   // The same for segments from one point to samples of one light: see <vcd/runtime/bundle.h>. Bit i % 64 of word i / 64
-  // of `blocked` says that sample i is blocked, of `open` that it is unclassified; neither: clear. Both need (size() +
+  // of `blocked` says that sample i is blocked, of `unclassified` that it is that; neither: clear. Both need (size() +
   // 63) / 64 words; bits past the last sample become 0.
-  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
-  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified) const noexcept;
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
+                std::span<uint64_t> unclassified) const noexcept;
 
   // Whether the segment is blocked, with `fallback() -> bool` asked for unclassified segments only.
   template <class Fallback>

@@ -1,4 +1,4 @@
-#include "range_class.h"
+#include "lookup/range_class.h"
 
 #include <algorithm>
 #include <cstring>
@@ -8,7 +8,10 @@ namespace {
 
 class Reader {
  public:
-  explicit Reader(const TreeView& tree) : tree_(tree), shape_(tree.shape) {}
+  explicit Reader(const TreeView& tree)
+      : tree_(tree),
+        shape_(tree.shape),
+        statistics_count_(tree.answers(Place::pierces, CellClass::statistically_blocked) == Visibility::blocked) {}
 
   Visibility classify(const CellRange& range) {
     const bool agree = each_child(
@@ -93,7 +96,7 @@ class Reader {
       }
     const bool some_high = (any & cells & ~low_bits) != 0;
     if ((any & cells) == 0) return see(0);
-    if ((all & low_bits) == low_bits && (!some_high || tree_.blocked_answers == TreeView::kAllAnswers)) return see(1);
+    if ((all & low_bits) == low_bits && (!some_high || statistics_count_)) return see(1);
     return see(2);
   }
 
@@ -108,6 +111,7 @@ class Reader {
   static constexpr uint32_t kMostNodes = 64;
   const TreeView& tree_;
   TreeShape shape_;
+  bool statistics_count_;
   uint32_t nodes_ = 0;
   bool seen_clear_ = false, seen_blocked_ = false, seen_unclassified_ = false;
 };

@@ -1,25 +1,26 @@
 // Bundles: segments from one point to one light, as beams where their cells agree.
-#if defined(VCD_RUNTIME_BUNDLES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef VCD_RUNTIME_BUNDLES_INL_H
-#undef VCD_RUNTIME_BUNDLES_INL_H
+#if defined(VCD_RUNTIME_BEAM_BUNDLES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_BEAM_BUNDLES_INL_H
+#undef VCD_RUNTIME_BEAM_BUNDLES_INL_H
 #else
-#define VCD_RUNTIME_BUNDLES_INL_H
+#define VCD_RUNTIME_BEAM_BUNDLES_INL_H
 #endif
 
 #include <cmath>
 
 #include <vcd/runtime/bundle.h>
 
-#include "beam.h"
-#include "bits.h"
-#include "placed-inl.h"
-#include "range_class.h"
+#include "beam/beam.h"
+#include "lookup/grids-inl.h"
+#include "lookup/kernels.h"
+#include "lookup/range_class.h"
+#include "lookup/segment_columns.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
 
-static_assert(kWidth >= 4 && kRun % kWidth == 0 && kChunk % kRun == 0);  // four corner lines
+static_assert(kWidth >= 4 && kRun % kWidth == 0 && kTogether % kRun == 0);  // four corner lines
 
 // Directions of one run's segments.
 HWY_INLINE void directions_of(const QuadBundle&, const BeamFrame& frame, const BundleChunk& chunk, size_t at,
@@ -41,21 +42,6 @@ HWY_INLINE void directions_of(const SphereBundle& bundle, const BeamFrame&, cons
   }
 }
 
-// A few runs as arrays of segments, all from one point.
-struct RunsAsArrays {
-  static constexpr size_t kMost = kChunk / kRun;
-  HWY_ALIGN float origin[3][kChunk], direction[3][kChunk], t_min[kChunk], t_max[kChunk];
-
-  explicit RunsAsArrays(const float (&point)[3]) {
-    for (int a = 0; a < 3; ++a) std::fill_n(origin[a], kChunk, point[a]);
-    std::fill_n(t_min, kChunk, 0.0f);
-    std::fill_n(t_max, kChunk, 1.0f);
-  }
-  SegmentArrays view(size_t runs) const {
-    return {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, runs * kRun};
-  }
-};
-
 // count: a multiple of kRun.
 HWY_INLINE Extent extent_of(const float* values, size_t count) {
   Floats low = hn::LoadU(F(), values), high = low;
@@ -68,24 +54,24 @@ HWY_INLINE Extent extent_of(const float* values, size_t count) {
   if (!hn::AllFalse(F(), doubtful)) return Extent::nan();
   return {hn::GetLane(hn::MinOfLanes(F(), low)), hn::GetLane(hn::MaxOfLanes(F(), high))};
 }
-HWY_NOINLINE void MeasureChunk(BundleChunk& chunk) {
+HWY_NOINLINE void MeasureChunk(BundleChunk& chunk) noexcept {
   chunk.u_extent = extent_of(chunk.u, chunk.runs() * kRun);
   chunk.v_extent = extent_of(chunk.v, chunk.runs() * kRun);
 }
 
-// Bit i: whether answer i has this bit.
-HWY_INLINE uint64_t bits_of_run(const Visibility* answers, uint8_t bit) {
+// Bit i: whether answer i is the wanted one.
+HWY_INLINE uint64_t bits_of_run(const Visibility* answers, Visibility answer) {
   const hn::FixedTag<uint8_t, kRun> bytes;
   uint8_t bits[8] = {};
-  const auto wanted = hn::Set(bytes, bit);
-  hn::StoreMaskBits(bytes, hn::Eq(hn::And(hn::LoadU(bytes, reinterpret_cast<const uint8_t*>(answers)), wanted), wanted),
-                    bits);
+  const auto wanted = hn::Set(bytes, static_cast<uint8_t>(answer));
+  hn::StoreMaskBits(bytes, hn::Eq(hn::LoadU(bytes, reinterpret_cast<const uint8_t*>(answers)), wanted), bits);
   return static_cast<uint64_t>(bits[0] | bits[1] << 8);
 }
 
 // What all lines through the chunk's part of the beam's parallelogram have in common.
 template <class Grid>
-HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk) {
+HWY_INLINE Visibility beam_class(const Grid& grid, const TreeView& tree, const BeamFrame& frame,
+                                 const BundleChunk& chunk) {
   HWY_ALIGN float u[kWidth], v[kWidth];
   for (size_t c = 0; c < kWidth; ++c) {
     u[c] = c & 1 ? chunk.u_extent.high : chunk.u_extent.low;
@@ -110,30 +96,30 @@ HWY_INLINE Visibility beam_class(const Grid& grid, const BeamFrame& frame, const
   HWY_ALIGN uint32_t stuv[kWidth];
   hn::Store(lines.stuv, U(), stuv);
   CellRange range{first >> 1, {255, 255, 255, 255}, {}};
-  const uint32_t up = 8 - grid.data.tree.shape.levels;
+  const uint32_t up = 8 - tree.shape.levels;
   for (size_t c = 0; c < 4; ++c)
     for (int d = 0; d < 4; ++d) {
       const uint32_t x = (stuv[c] >> (24 - 8 * d) & 255) >> up;
       range.low[d] = std::min(range.low[d], x), range.high[d] = std::max(range.high[d], x);
     }
-  const Visibility found = range_class(grid.data.tree, range);
+  const Visibility found = range_class(tree, range);
   const bool pierce = hn::AllTrue(F(), hn::Le(lines.exit, all(1.0f)));
   return found == Visibility::blocked && !pierce ? Visibility::unclassified : found;
 }
 
-// In the object's own frame.
-struct OwnGrid {
-  const ObjectData& data;
+// What a bundle needs of its grid, beside what <grids-inl.h> has: the lines of its corners, and whole runs looked up.
+struct OwnBundleGrid {
+  const GridFrame& frame;
 
   HWY_INLINE Lines corner_lines(const BeamFrame&, const Lanes& lanes, Floats, Floats) const {
-    return locate_lines(data.frame, lanes);
+    return locate_lines(frame, lanes);
   }
-  void look_up(const SegmentArrays& segments, Visibility* answers) const { data.many.arrays(data, segments, answers); }
+  void look_up(const LookUp& at, const SegmentArrays& segments, Visibility* answers) const {
+    at.kernels->arrays(frame, *at.tree, segments, answers);
+  }
 };
 
-// In a scene's frame.
-struct PlacedGrid {
-  const ObjectData& data;
+struct PlacedBundleGrid {
   const ToGrid& grid;
 
   HWY_INLINE Lines corner_lines(const BeamFrame& frame, const Lanes& lanes, Floats u, Floats v) const {
@@ -145,75 +131,78 @@ struct PlacedGrid {
     in.moving = weighted(grid, size);
     return locate_placed(in);
   }
-  void look_up(const SegmentArrays& segments, Visibility* answers) const {
-    data.many.placed(data, grid, segments, answers);
+  void look_up(const LookUp& at, const SegmentArrays& segments, Visibility* answers) const {
+    at.kernels->placed(grid, *at.tree, segments, answers);
   }
 };
 
-// Those runs whose bit in `live` is set; answers of the others stay as they are. as_beam: the object is near enough.
-// blocked, open: the chunk's.
+// Runs whose bit in `live` is set; answers of the others stay as they are. as_beam: the object is near enough.
+// directions(at, into): those of the run that begins with sample `at`.
 template <class Grid, class Directions>
-HWY_INLINE void classify_chunk_of(const Grid& grid, const BeamFrame& frame, const BundleChunk& chunk, uint32_t live,
-                                  bool as_beam, const Directions& directions, uint64_t* blocked, uint64_t* open) {
+HWY_INLINE void classify_chunk(const Grid& grid, const LookUp& look_up, const BeamFrame& frame,
+                               const BundleChunk& chunk, uint32_t live, bool as_beam, const Directions& directions,
+                               SampleAnswers& answers) {
   if (as_beam) {
-    const Visibility found = beam_class(grid, frame, chunk);
+    const Visibility found = beam_class(grid, *look_up.tree, frame, chunk);
     if (found == Visibility::clear) return;
     if (found == Visibility::blocked) {
       for (size_t r = 0; r < chunk.runs(); ++r)
-        if (live >> r & 1) blocked[r * kRun / 64] |= bits_from(r * kRun, chunk.in_run(r));
+        if (live >> r & 1) answers.blocked.add_run(r, chunk.real(r));
       return;
     }
   }
   size_t undecided[kRuns], count = 0;
   for (size_t r = 0; r < chunk.runs(); ++r)
     if (live >> r & 1) undecided[count++] = r;
-  RunsAsArrays lone(frame.origin);
-  for (size_t first = 0; first < count; first += RunsAsArrays::kMost) {
-    const size_t some = std::min(RunsAsArrays::kMost, count - first);
+  constexpr size_t kMost = kTogether / kRun;
+  SegmentColumns<kTogether> columns;
+  columns.set_origin(frame.origin, kTogether);
+  for (size_t first = 0; first < count; first += kMost) {
+    const size_t some = std::min(kMost, count - first);
     for (size_t k = 0; k < some; ++k)
       directions(undecided[first + k] * kRun,
-                 {lone.direction[0] + k * kRun, lone.direction[1] + k * kRun, lone.direction[2] + k * kRun});
-    Visibility answers[kChunk];
-    grid.look_up(lone.view(some), answers);
+                 {columns.direction[0] + k * kRun, columns.direction[1] + k * kRun, columns.direction[2] + k * kRun});
+    Visibility found[kTogether];
+    grid.look_up(look_up, columns.view(0, some * kRun), found);
     for (size_t k = 0; k < some; ++k) {
-      const size_t run = undecided[first + k], at = run * kRun;
-      const uint64_t real = (uint64_t{1} << chunk.in_run(run)) - 1;
-      blocked[at / 64] |= (bits_of_run(answers + k * kRun, 1) & real) << (at % 64);
-      open[at / 64] |= (bits_of_run(answers + k * kRun, 2) & real) << (at % 64);
+      const size_t r = undecided[first + k];
+      answers.blocked.add_run(r, bits_of_run(found + k * kRun, Visibility::blocked) & chunk.real(r));
+      answers.unclassified.add_run(r, bits_of_run(found + k * kRun, Visibility::unclassified) & chunk.real(r));
     }
   }
 }
 
-inline constexpr uint32_t kAllRuns = (uint32_t{1} << kRuns) - 1;
-
 template <class Bundle>
-void ClassifyBundleOf(const ObjectData& data, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
-  clear_bits(bundle.size(), blocked, open);
+void ClassifyBundle(const GridFrame& grid, const LookUp& look_up, const Bundle& bundle, uint64_t* blocked,
+                    uint64_t* unclassified) noexcept {
+  constexpr uint32_t kAllRuns = (uint32_t{1} << kRuns) - 1;
   const BeamFrame frame = beam_frame(bundle);
   BundleChunk chunk;
-  for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kBundleChunk) {
-    chunk.count = std::min(kBundleChunk, bundle.size() - chunk.first);
+  for (chunk.first = 0; chunk.first < bundle.size(); chunk.first += kChunk) {
+    chunk.count = std::min(kChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
     MeasureChunk(chunk);
-    const bool as_beam = frame.usable && near_enough(data.frame, frame, chunk);
-    if (as_beam && misses(data.frame, frame, chunk)) continue;
-    classify_chunk_of(
-        OwnGrid{data}, frame, chunk, kAllRuns, as_beam,
-        [&](size_t at, float* const(&into)[3]) HWY_ATTR { directions_of(bundle, frame, chunk, at, into); },
-        blocked + chunk.first / 64, open + chunk.first / 64);
+    SampleAnswers answers;
+    const bool as_beam = frame.usable && near_enough(grid, frame, chunk);
+    if (!as_beam || !misses(grid, frame, chunk))
+      classify_chunk(
+          OwnBundleGrid{grid}, look_up, frame, chunk, kAllRuns, as_beam,
+          [&](size_t at, float* const(&into)[3]) HWY_ATTR { directions_of(bundle, frame, chunk, at, into); }, answers);
+    answers.blocked.store(chunk.count, blocked + chunk.first / 64);
+    answers.unclassified.store(chunk.count, unclassified + chunk.first / 64);
   }
 }
 
-// One instance of a scene that is near enough. directions: of all the chunk's segments, whole runs of them.
-void ClassifyBundleIn(const ObjectData& data, const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk,
-                      uint32_t live, const float* const (&directions)[3], uint64_t* blocked, uint64_t* open) {
-  classify_chunk_of(
-      PlacedGrid{data, grid}, frame, chunk, live, true,
+// One instance of a scene that is near enough.
+void ClassifyPlacedBundle(const LookUp& look_up, const PlacedBundle& bundle, SampleAnswers& answers) noexcept {
+  classify_chunk(
+      PlacedBundleGrid{bundle.grid}, look_up, bundle.frame, bundle.chunk, bundle.live, true,
       [&](size_t at, float* const(&into)[3]) HWY_ATTR {
-        for (size_t a = 0; a < 3; ++a) std::copy_n(directions[a] + at, kRun, into[a]);
+        for (size_t a = 0; a < 3; ++a) std::copy_n(bundle.directions[a] + at, kRun, into[a]);
       },
-      blocked, open);
+      answers);
 }
+
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd
 HWY_AFTER_NAMESPACE();

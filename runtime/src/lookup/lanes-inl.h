@@ -1,9 +1,9 @@
 // Segments through the tree, one a lane. Included once for each kind of processor.
-#if defined(VCD_RUNTIME_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef VCD_RUNTIME_LANES_INL_H
-#undef VCD_RUNTIME_LANES_INL_H
+#if defined(VCD_RUNTIME_LOOKUP_LANES_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_LOOKUP_LANES_INL_H
+#undef VCD_RUNTIME_LOOKUP_LANES_INL_H
 #else
-#define VCD_RUNTIME_LANES_INL_H
+#define VCD_RUNTIME_LOOKUP_LANES_INL_H
 #endif
 
 #include <hwy/highway.h>
@@ -12,9 +12,8 @@
 
 #include <vcd/format/line_cell.h>
 #include <vcd/format/segment.h>
+#include <vcd/format/tree.h>
 #include <vcd/runtime/segment_arrays.h>
-
-#include "object_data.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -31,7 +30,7 @@ using Truth = hn::MFromD<F>;
 constexpr size_t kWidth = hn::MaxLanes(F());
 
 // Segments that go through the tree level by level together, so that their cache misses overlap.
-constexpr size_t kChunk = std::max<size_t>(64, kWidth);
+constexpr size_t kTogether = std::max<size_t>(64, kWidth);
 
 HWY_INLINE Floats all(float x) { return hn::Set(F(), x); }
 HWY_INLINE Words all(uint32_t x) { return hn::Set(U(), x); }
@@ -76,12 +75,6 @@ struct Lines {
   Words pair, low, high;  // and its faces
   Truth swapped;          // they enter by the higher face of the pair
   Words stuv;             // s, t, u, v, one byte each
-};
-
-// What classify() in <vcd/format/tree.h> knows of segments before it looks at the tree.
-struct ToRead {
-  Words slot;     // in the top table
-  Words answers;  // by the cell's bits
 };
 
 // The low kBits bits above bit kLow of each byte, side by side: row_major().
@@ -159,17 +152,28 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
   return {valid, entry, exit, pair, low, high, swapped, stuv};
 }
 
-// covers(), for lines that meet the box. Of others it is anything.
-HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, const Lines& lines) {
-  const auto margin = [&](Words face, Words first, Words second) HWY_ATTR {
+// place_of() and widened() in <vcd/format/answer.h>, for lanes.
+struct Places {
+  Truth valid, outside, pierces;  // none of the three: ends_inside. outside and pierces count only where valid
+};
+HWY_INLINE Places places_of(const Lanes& lanes, const Lines& lines) {
+  return {lines.valid,
+          hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)),
+                 hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry))),
+          hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit))};
+}
+
+// within_clearances(), for lines that meet the box. Of others it is anything.
+HWY_NOINLINE Truth within_clearances_lanes(const uint8_t* clearances, const Lanes& lanes, const Lines& lines) {
+  const auto clearance = [&](Words face, Words first, Words second) HWY_ATTR {
     const Words square =
         hn::Or(hn::ShiftLeft<8>(face), hn::Or(hn::ShiftLeft<4>(hn::And(first, all(15u))), hn::And(second, all(15u))));
-    const Words word = gather(reinterpret_cast<const uint32_t*>(margins), hn::ShiftRight<2>(square));
+    const Words word = gather(reinterpret_cast<const uint32_t*>(clearances), hn::ShiftRight<2>(square));
     const Words byte = hn::And(hn::Shr(word, hn::ShiftLeft<3>(hn::And(square, all(3u)))), all(255u));
     return hn::Mul(hn::ConvertTo(F(), hn::BitCast(I(), byte)), all(1 / kGrid));
   };
-  const Floats at_low = margin(lines.low, hn::ShiftRight<28>(lines.stuv), hn::ShiftRight<20>(lines.stuv));
-  const Floats at_high = margin(lines.high, hn::ShiftRight<12>(lines.stuv), hn::ShiftRight<4>(lines.stuv));
+  const Floats at_low = clearance(lines.low, hn::ShiftRight<28>(lines.stuv), hn::ShiftRight<20>(lines.stuv));
+  const Floats at_high = clearance(lines.high, hn::ShiftRight<12>(lines.stuv), hn::ShiftRight<4>(lines.stuv));
   const Floats way = hn::Sub(lines.exit, lines.entry);
   const Floats at_entry = hn::IfThenElse(lines.swapped, at_high, at_low),
                at_exit = hn::IfThenElse(lines.swapped, at_low, at_high);
@@ -177,51 +181,56 @@ HWY_NOINLINE Truth covers_lanes(const uint8_t* margins, const Lanes& lanes, cons
                  hn::And(hn::Le(hn::Sub(lanes.t_min, lines.entry), hn::Mul(at_entry, way)),
                          hn::Le(hn::Sub(lines.exit, lanes.t_max), hn::Mul(at_exit, way))));
 }
+HWY_INLINE Places widened_lanes(Places places, const uint8_t* clearances, const Lanes& lanes, const Lines& lines) {
+  if (!clearances) return places;
+  const Truth ends_inside = hn::AndNot(hn::Or(places.outside, places.pierces), places.valid);
+  if (!hn::AllFalse(F(), ends_inside))
+    places.pierces = hn::Or(places.pierces, hn::And(ends_inside, within_clearances_lanes(clearances, lanes, lines)));
+  return places;
+}
 
+// The rows of the table: AnswerTable::row().
+HWY_INLINE Words rows_of(const AnswerTable& answers, const Places& places) {
+  const auto row = [&](Place place) HWY_ATTR { return all(answers.row(place)); };
+  const auto where = [](Truth truth, Words yes, Words no)
+                         HWY_ATTR { return hn::IfThenElse(hn::RebindMask(U(), truth), yes, no); };
+  const Words inside = where(places.pierces, row(Place::pierces), row(Place::ends_inside));
+  return where(places.valid, where(places.outside, row(Place::outside), inside), row(Place::doubtful));
+}
+
+// Where in the top table to look. Rows that do not depend on the cell read the spare slot.
 template <uint32_t kDepth>
-HWY_INLINE ToRead what_to_read(const TreeView& tree, const Lanes& lanes, const Lines& lines) {
+HWY_INLINE Words top_slots(const Lines& lines, Words rows) {
   constexpr TreeShape kShape = tree_shape(kDepth);
-  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)),
-                               hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
-  Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
-  if (tree.margins) {
-    const Truth within = hn::AndNot(hn::Or(outside, pierces), lines.valid);
-    if (!hn::AllFalse(F(), within))
-      pierces = hn::Or(pierces, hn::And(within, covers_lanes(tree.margins, lanes, lines)));
-  }
-  // Lines that miss the box, and those that nothing in this tree can answer, read the spare slot.
-  Truth answerable = lines.valid;
-  if (!tree.has_clear) answerable = hn::And(answerable, tree.has_blocked ? hn::Or(outside, pierces) : outside);
-  Words in_table = lines.pair;
+  Words slots = lines.pair;
   if constexpr (kShape.top_levels > 0)
-    in_table = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(lines.pair),
-                      row_major_of<8 - kShape.top_levels, kShape.top_levels>(lines.stuv));
-  constexpr uint32_t kNone = 0b10'10'10'10u, kClearOnly = 0b10'10'10'00u;
-  const Words answers =
-      hn::IfThenElse(hn::RebindMask(U(), pierces), all(kClearOnly ^ tree.blocked_answers), all(kClearOnly));
-  return {hn::IfThenElse(hn::RebindMask(U(), hn::AndNot(outside, answerable)), in_table, all(kShape.top_words())),
-          hn::IfThenElse(hn::RebindMask(U(), answerable), answers, all(kNone))};
+    slots = hn::Or(hn::ShiftLeft<4 * kShape.top_levels>(lines.pair),
+                   row_major_of<8 - kShape.top_levels, kShape.top_levels>(lines.stuv));
+  const auto constant =
+      hn::Or(hn::Eq(rows, all(AnswerTable::kAllClear)), hn::Eq(rows, all(AnswerTable::kAllUnclassified)));
+  return hn::IfThenElse(constant, all(kShape.top_words()), slots);
 }
 
 #undef VCD_LOCATE_INLINE
 
-struct Located {
+// Segments with their lines.
+struct LocatedLanes {
   Lanes lanes;
   Lines lines;
 };
 
-// groups · kWidth segments, at most kChunk, that located(i) gives in groups.
+// groups · kWidth segments, at most kTogether, that located(i) gives in groups.
 template <uint32_t kDepth, class Locate>
-HWY_INLINE void classify_chunk(const TreeView& tree, size_t groups, const Locate& located, Visibility* answers) {
+HWY_INLINE void classify_groups(const TreeView& tree, size_t groups, const Locate& located, Visibility* answers) {
   constexpr TreeShape kShape = tree_shape(kDepth);
   constexpr uint32_t kBrickLow = 8 - kShape.levels;
-  HWY_ALIGN uint32_t index[kChunk], stuv[kChunk], table[kChunk];
+  HWY_ALIGN uint32_t index[kTogether], stuv[kTogether], row[kTogether];
   for (size_t g = 0; g < groups; ++g) {
     const auto [lanes, lines] = located(g);
-    const ToRead read = what_to_read<kDepth>(tree, lanes, lines);
-    hn::Store(gather(tree.top, read.slot), U(), index + g * kWidth);
+    const Words rows = rows_of(tree.answers, widened_lanes(places_of(lanes, lines), tree.clearances, lanes, lines));
+    hn::Store(gather(tree.top, top_slots<kDepth>(lines, rows)), U(), index + g * kWidth);
     hn::Store(lines.stuv, U(), stuv + g * kWidth);
-    hn::Store(read.answers, U(), table + g * kWidth);
+    hn::Store(rows, U(), row + g * kWidth);
   }
   if constexpr (kShape.has_blocks256) {
     constexpr uint32_t kLow = 8 - kShape.top_levels - 2;
@@ -243,7 +252,7 @@ HWY_INLINE void classify_chunk(const TreeView& tree, size_t groups, const Locate
     const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), hn::ShiftRight<4>(cell));
     const Words bits = hn::Shr(gather(reinterpret_cast<const uint32_t*>(tree.bricks), word),
                                hn::ShiftLeft<1>(hn::And(cell, all(15u))));
-    const Words answer = hn::Shr(hn::Load(U(), table + at), hn::ShiftLeft<1>(hn::And(bits, all(3u))));
+    const Words answer = hn::Shr(hn::Load(U(), row + at), hn::ShiftLeft<1>(hn::And(bits, all(3u))));
     const hn::Rebind<uint8_t, I> bytes;
     hn::StoreU(hn::DemoteTo(bytes, hn::BitCast(I(), hn::And(answer, all(3u)))), bytes,
                reinterpret_cast<uint8_t*>(answers + at));

@@ -1,14 +1,17 @@
 // Scenes of instances: a segment a time through the hierarchy, (segment, instance) pairs a lane through the trees.
-#if defined(VCD_RUNTIME_SCENE_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef VCD_RUNTIME_SCENE_INL_H
-#undef VCD_RUNTIME_SCENE_INL_H
+#if defined(VCD_RUNTIME_SCENE_PAIRS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_SCENE_PAIRS_INL_H
+#undef VCD_RUNTIME_SCENE_PAIRS_INL_H
 #else
-#define VCD_RUNTIME_SCENE_INL_H
+#define VCD_RUNTIME_SCENE_PAIRS_INL_H
 #endif
 
-#include <bit>
+#include <span>
 
-#include "placed-inl.h"
+#include "lookup/grids-inl.h"
+#include "scene/boxes.h"
+#include "scene/pairs.h"
+#include "scene/walk.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -26,7 +29,7 @@ HWY_INLINE uint32_t meet(hn::VFromD<Boxes> near, hn::VFromD<Boxes> far) {
 }
 
 // Which of a node's boxes a segment could meet.
-HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
+HWY_NOINLINE uint32_t BoxesMet(const SceneNode& node, const SceneRay& ray) {
   constexpr size_t kStep = hn::MaxLanes(Boxes());
   const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
   uint32_t met = 0;
@@ -44,7 +47,7 @@ HWY_NOINLINE uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
 }
 
 // Which of a node's boxes a beam could meet.
-HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) {
+HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) noexcept {
   constexpr size_t kStep = hn::MaxLanes(Boxes());
   const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
   uint32_t met = 0;
@@ -66,6 +69,8 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
   return met;
 }
 
+constexpr uint32_t word(Place place) { return static_cast<uint32_t>(place); }
+
 // At most kWidth pairs, each instance in its own grid.
 HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs,
                                size_t count, SceneAnswers answers) {
@@ -80,25 +85,22 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   in.lanes = load(moved);
   in.fixed = hn::Add(in.lanes.t_min, norm(in.lanes.origin)), in.moving = in.lanes.t_max;
   in.lanes.t_min = hn::Load(F(), t_min), in.lanes.t_max = hn::Load(F(), t_max);
-  const Lanes& lanes = in.lanes;
   const Lines lines = locate_placed(in);
-  const Truth outside = hn::Or(hn::Not(hn::Lt(lines.entry, lines.exit)),
-                               hn::Or(hn::Ge(lanes.t_min, lines.exit), hn::Le(lanes.t_max, lines.entry)));
-  const Truth pierces = hn::And(hn::Le(lanes.t_min, lines.entry), hn::Ge(lanes.t_max, lines.exit));
+  const Places places = places_of(in.lanes, lines);
 
   HWY_ALIGN uint32_t stuv[kWidth], face_pair[kWidth], place[kWidth], swapped[kWidth];
   HWY_ALIGN float length[kWidth], entry[kWidth], exit[kWidth];
+  const auto select = [](Truth truth, Place yes, Words no)
+                          HWY_ATTR { return hn::IfThenElse(hn::RebindMask(U(), truth), all(word(yes)), no); };
+  const Words inside = select(places.pierces, Place::pierces, all(word(Place::ends_inside)));
+  const Words known = select(places.outside, Place::outside, inside);
+  hn::Store(select(hn::Not(places.valid), Place::doubtful, known), U(), place);
   hn::Store(hn::IfThenElseZero(hn::RebindMask(U(), lines.swapped), all(1u)), U(), swapped);
   hn::Store(lines.entry, F(), entry);
   hn::Store(lines.exit, F(), exit);
   hn::Store(lines.stuv, U(), stuv);
   hn::Store(lines.pair, U(), face_pair);
-  const auto number = [](PairPlace p) HWY_ATTR { return all(static_cast<uint32_t>(p)); };
-  const Words within =
-      hn::IfThenElse(hn::RebindMask(U(), pierces), number(PairPlace::pierces), number(PairPlace::ends_inside));
-  const Words known = hn::IfThenElse(hn::RebindMask(U(), outside), number(PairPlace::outside), within);
-  hn::Store(hn::IfThenElse(hn::RebindMask(U(), lines.valid), known, number(PairPlace::unknown)), U(), place);
-  hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(lanes.direction)), F(), length);
+  hn::Store(hn::Mul(hn::Sub(lines.exit, lines.entry), norm(in.lanes.direction)), F(), length);
   for (size_t k = 0; k < count; ++k) {
     const LineCell line{true,
                         true,
@@ -112,16 +114,16 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
                         exit[k]};
     answers.take(
         pairs[k],
-        pair_answer(scene.objects[pairs[k].instance], static_cast<PairPlace>(place[k]), line, t_min[k], t_max[k]),
+        pair_answer(scene.objects[pairs[k].instance], static_cast<Place>(place[k]), line, segments[pairs[k].segment]),
         length[k]);
   }
 }
 
-void ClassifySceneOf(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
-                     SceneAnswers answers) {
+void ClassifyScene(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
+                   SceneAnswers answers) noexcept {
   ScenePair pairs[kWidth];
   size_t count = 0;
-  walk_scene(scene, segments, query, answers, boxes_met, [&](const ScenePair& pair) HWY_ATTR {
+  walk_segments(scene, segments, query, answers, BoxesMet, [&](const ScenePair& pair) HWY_ATTR {
     pairs[count++] = pair;
     if (count < kWidth) return;
     classify_pairs(scene, segments, pairs, count, answers);

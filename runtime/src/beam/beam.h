@@ -10,6 +10,8 @@
 #include <vcd/format/line_cell.h>
 #include <vcd/runtime/bundle.h>
 
+#include "lookup/sample_bits.h"
+
 namespace vcd {
 
 // Corner lines that leave the box later along their parameter, which is 1 on the parallelogram, decide nothing.
@@ -28,9 +30,6 @@ struct BeamFrame {
 BeamFrame beam_frame(const QuadBundle& bundle);
 BeamFrame beam_frame(const SphereBundle& bundle);  // not usable from in or close to the sphere
 
-// Samples that are decided together, and how many of a bundle are worked on at once.
-inline constexpr size_t kRun = 16, kBundleChunk = 256, kRuns = kBundleChunk / kRun;
-
 // The least and the greatest of some floats. Both are NaN if one of them is.
 struct Extent {
   float low, high;
@@ -42,13 +41,14 @@ struct Extent {
 
 // Some of a bundle's samples, by their place on the parallelogram.
 struct BundleChunk {
-  size_t first, count;        // first: a multiple of kBundleChunk
+  size_t first, count;        // first: a multiple of kChunk
   const float *u, *v;         // count of them, and the last again up to a whole run
   Extent u_extent, v_extent;  // measured by a kernel
-  alignas(64) float own_u[kBundleChunk], own_v[kBundleChunk];
+  alignas(64) float own_u[kChunk], own_v[kChunk];
 
   size_t runs() const { return (count + kRun - 1) / kRun; }
-  size_t in_run(size_t r) const { return r + 1 < runs() ? kRun : count - r * kRun; }
+  // The bits of a run's samples that are not padding.
+  uint64_t real(size_t r) const { return (uint64_t{1} << (r + 1 < runs() ? kRun : count - r * kRun)) - 1; }
 };
 void place(const QuadBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);

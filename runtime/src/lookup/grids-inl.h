@@ -1,13 +1,13 @@
-// Segments of a scene in the grids of its instances, one a lane. See spec/design.md, "Scenes".
-#if defined(VCD_RUNTIME_PLACED_INL_H) == defined(HWY_TARGET_TOGGLE)
-#ifdef VCD_RUNTIME_PLACED_INL_H
-#undef VCD_RUNTIME_PLACED_INL_H
+// <grids.h> for lanes: segments in the object's own frame, or of the world in the grid of an instance.
+#if defined(VCD_RUNTIME_LOOKUP_GRIDS_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_LOOKUP_GRIDS_INL_H
+#undef VCD_RUNTIME_LOOKUP_GRIDS_INL_H
 #else
-#define VCD_RUNTIME_PLACED_INL_H
+#define VCD_RUNTIME_LOOKUP_GRIDS_INL_H
 #endif
 
-#include "lanes-inl.h"
-#include "scene_data.h"
+#include "lookup/lanes-inl.h"
+#include "lookup/to_grid.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -65,31 +65,30 @@ HWY_INLINE void in_grid(const ToGrid& grid, const Segment& world, Segment& into)
 
 // Valid are those that the guard band covers.
 HWY_INLINE Lines locate_placed(const InGrid& in) {
-  constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
   Lines lines = locate_lines(kGridItself, in.lanes);
   const Floats reach = hn::Add(in.fixed, hn::Mul(hn::Max(hn::Abs(lines.entry), hn::Abs(lines.exit)), in.moving));
   lines.valid = hn::And(lines.valid, hn::Le(reach, all(kFarthestReach)));
   return lines;
 }
 
-// count: a multiple of kRun.
-template <uint32_t kDepth>
-void ClassifyPlacedOf(const ObjectData& data, const ToGrid& grid, const SegmentArrays& segments, Visibility* answers) {
-  for (size_t done = 0; done < segments.count; done += kChunk) {
-    const size_t groups = std::min(kChunk, segments.count - done) / kWidth;
-    classify_chunk<kDepth>(
-        data.tree, groups,
-        [&](size_t g) HWY_ATTR {
-          const InGrid in = in_grid(grid, load(segments, done + g * kWidth));
-          return Located{in.lanes, locate_placed(in)};
-        },
-        answers + done);
+struct OwnLanes {
+  const GridFrame& frame;
+
+  HWY_INLINE LocatedLanes locate(const Lanes& lanes) const { return {lanes, locate_lines(frame, lanes)}; }
+};
+
+struct PlacedLanes {
+  const ToGrid& grid;
+
+  HWY_INLINE LocatedLanes locate(const Lanes& world) const {
+    const InGrid in = in_grid(grid, world);
+    return {in.lanes, locate_placed(in)};
   }
-}
+};
 
 // Segments of the world in the object's frame. count: a multiple of kRun; `into` likewise.
 HWY_NOINLINE void ToObject(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world,
-                           float* const (&origin)[3], float* const (&direction)[3]) {
+                           float* const (&origin)[3], float* const (&direction)[3]) noexcept {
   for (size_t i = 0; i < world.count; i += kWidth) {
     const InGrid in = in_grid(grid, load(world, i));
     for (size_t a = 0; a < 3; ++a) {
