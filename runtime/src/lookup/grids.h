@@ -19,16 +19,16 @@ struct Located {
 struct OwnGrid {
   const GridFrame& frame;
 
-  LineCell locate(const Segment& segment) const { return vcd::locate(frame, segment); }
+  [[gnu::always_inline]] LineCell locate(const Segment& segment) const { return vcd::locate(frame, segment); }
 };
 
 struct PlacedGrid {
   const ToGrid& grid;
 
-  LineCell locate(const Segment& world) const { return locate_with_length(world).line; }
+  [[gnu::always_inline]] LineCell locate(const Segment& world) const { return locate_with_length(world).line; }
 
   // The line is valid only where the guard band covers what the transform's rounding does.
-  Located locate_with_length(const Segment& world) const {
+  [[gnu::always_inline]] Located locate_with_length(const Segment& world) const {
     const Segment in = in_grid(grid, world);
     const float *d = world.direction, o[3] = {world.origin[0] - grid.centre[0], world.origin[1] - grid.centre[1],
                                               world.origin[2] - grid.centre[2]};

@@ -14,7 +14,8 @@ namespace vcd {
 namespace {
 
 template <class Grid>
-Visibility classify_in(const Grid& grid, const TreeView& tree, TreeShape shape, const Segment& segment) {
+[[gnu::always_inline]] inline Visibility classify_in(const Grid& grid, const TreeView& tree, TreeShape shape,
+                                                     const Segment& segment) {
   const LineCell line = grid.locate(segment);
   const Place place = place_of(line, segment.t_min, segment.t_max);
   return look_up(tree, shape, widened(place, tree.clearances, line, segment.t_min, segment.t_max), line);
