@@ -206,7 +206,7 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   if (contents.stop && contents.stop()) return stopped;
   return file.commit([](Bytes bytes) -> std::string {
     std::vector<Finding> findings;
-    read_sidecar(bytes, CheckLevel::full, findings);
+    read_sidecar(bytes, CheckLevel::canonical, findings);
     for (const Finding& finding : findings)
       if (finding_info(finding.id).severity == Severity::error) return describe(finding);
     return {};
