@@ -12,8 +12,8 @@
 
 #include <vcd/format/tree_statistics.h>
 
-#include "checksum.h"
-#include "utf8.h"
+#include <vcd/format/checksum.h>
+#include <vcd/format/utf8.h>
 
 namespace vcd {
 

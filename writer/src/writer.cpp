@@ -1,4 +1,4 @@
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include <algorithm>
 #include <cstring>
@@ -7,9 +7,9 @@
 
 #include <zstd.h>
 
-#include <vcd/format/atomic_file.h>
-#include "checksum.h"
-#include "utf8.h"
+#include <vcd/format/checksum.h>
+#include <vcd/format/utf8.h>
+#include <vcd/writer/atomic_file.h>
 
 namespace vcd {
 namespace {
