@@ -2,8 +2,8 @@
 #include <cstdio>
 
 #include <vcd/format/contents.h>
-#include <vcd/format/writer.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/writer.h>
 
 #include "common/describe.h"
 #include "common/paths.h"

@@ -145,7 +145,7 @@ TEST_F(Runtime, ErrorsNameTheFileAndTheReason) {
   EXPECT_EQ(Sidecar::open(folder_->path()).error().code, ErrorCode::io);
   write_file(path("empty.vcd"), {});
   for (Load load : {Load::map, Load::copy}) {
-    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::full});
+    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::checksums});
     ASSERT_FALSE(empty.ok());
     EXPECT_EQ(empty.error().code, ErrorCode::invalid_file);
     EXPECT_NE(empty.error().message.find("file-too-short"), std::string::npos);
@@ -178,7 +178,7 @@ std::vector<Visibility> answers_of(const Object& object, std::span<const Segment
 TEST(ProvenOnly, TakesStatisticalAnswersBack) {
   for (const char* name :
        {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd", "v2-hybrid8.vcd"})
-    for (CheckLevel check : {CheckLevel::full, CheckLevel::bounds}) {
+    for (CheckLevel check : {CheckLevel::checksums, CheckLevel::bounds}) {
       const auto all = Sidecar::open(golden(name), {Load::map, check, false});
       const auto proven = Sidecar::open(golden(name), {Load::map, check, true});
       ASSERT_TRUE(all.ok() && proven.ok());
@@ -259,9 +259,10 @@ TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
   ASSERT_TRUE(sidecar.ok());
   const auto* top = reinterpret_cast<const std::byte*>(sidecar->contents().objects[0].tree.top);
   EXPECT_TRUE(top > bytes->data.get() && top < bytes->data.get() + bytes->size);
-  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})
-                   ->object(0)
-                   .answers());
+  EXPECT_FALSE(
+      vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::checksums, true})
+          ->object(0)
+          .answers());
 }
 
 TEST_F(Runtime, TheCInterfaceSaysTheSame) {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include <vcd/baker/audit.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include "common/describe.h"
 #include "common/program.h"

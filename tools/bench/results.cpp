@@ -2,7 +2,7 @@
 
 #include <fstream>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 namespace vcd {
 namespace {

@@ -8,8 +8,8 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/referee.h>
 #include <vcd/baker/tracer.h>
-#include <vcd/format/atomic_file.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "common/describe.h"
 #include "machine.h"

@@ -13,7 +13,7 @@
 #include <ImfOutputFile.h>
 #include <png.h>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 namespace vcd {
 namespace {

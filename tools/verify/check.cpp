@@ -77,7 +77,7 @@ void check_file(const FoundFile& file, const CheckOptions& options, Outcome& out
   const auto bytes = FileBytes::copy(file.path);
   if (!bytes) return outcome.add(IssueId::unreadable, bytes.error().code, "", reason(bytes.error(), file.path));
   std::vector<Finding> findings;
-  const auto contents = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
+  const auto contents = read_sidecar(bytes->bytes(), CheckLevel::canonical, findings);
   for (const Finding& finding : findings) outcome.add(finding);
   if (contents) check_objects(file, bytes->bytes(), *contents, options, outcome);
 }

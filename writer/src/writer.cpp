@@ -1,4 +1,4 @@
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include <algorithm>
 #include <cstring>
@@ -7,9 +7,9 @@
 
 #include <zstd.h>
 
-#include <vcd/format/atomic_file.h>
-#include "checksum.h"
-#include "utf8.h"
+#include <vcd/format/checksum.h>
+#include <vcd/format/utf8.h>
+#include <vcd/writer/atomic_file.h>
 
 namespace vcd {
 namespace {
@@ -206,7 +206,7 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   if (contents.stop && contents.stop()) return stopped;
   return file.commit([](Bytes bytes) -> std::string {
     std::vector<Finding> findings;
-    read_sidecar(bytes, CheckLevel::full, findings);
+    read_sidecar(bytes, CheckLevel::canonical, findings);
     for (const Finding& finding : findings)
       if (finding_info(finding.id).severity == Severity::error) return describe(finding);
     return {};

@@ -1,4 +1,4 @@
-// Contents → .vcd file.
+// What is to be stored → a .vcd file. Renderers do not need this library: <vcd/format/contents.h> reads.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include <gtest/gtest.h>
 

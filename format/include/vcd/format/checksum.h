@@ -1,10 +1,10 @@
-// XXH3-64 over one or several pieces.
+// XXH3-64, the checksum of .vcd files, of bytes in one piece or in several.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
-#include <vcd/format/contents.h>
+#include <vcd/format/bytes.h>
 
 namespace vcd {
 
