@@ -120,7 +120,7 @@ int run(const Options& options) {
     if (options.common.format == OutputFormat::json) {
       all.push_back(describe(path, sidecar->contents()));
     } else {
-      print(path, sidecar->contents(), options.sections || options.common.verbose);
+      print(path, sidecar->contents(), options.sections);
     }
   }
   if (options.common.format == OutputFormat::json && options.repack.empty())
