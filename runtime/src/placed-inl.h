@@ -1,4 +1,4 @@
-// Segments of a scene in the grids of its instances, one a lane. See spec/design.md, "Scenes".
+// Segments of a scene in the grids of its instances, one a lane. See spec/proofs.md, "Scenes".
 #if defined(VCD_RUNTIME_PLACED_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VCD_RUNTIME_PLACED_INL_H
 #undef VCD_RUNTIME_PLACED_INL_H

@@ -64,7 +64,7 @@ struct ScenePair {
   uint32_t segment, instance;
 };
 
-// Beyond this reach a transform's rounding could leave the guard band: unclassified. See spec/design.md, "Scenes".
+// Beyond this reach a transform's rounding could leave the guard band: unclassified. See spec/proofs.md, "Scenes".
 inline constexpr float kFarthestReach = 0x1p16f;
 
 // What is still open, as far as there is room.

@@ -1,5 +1,5 @@
 // Many segments through a scene: whole beams through the hierarchy, runs of sixteen through the trees, and what is left
-// open by instance to the caller. See spec/design.md, "Scenes".
+// open by instance to the caller. See spec/proofs.md, "Scenes".
 #include <algorithm>
 #include <array>
 #include <bit>
