@@ -1,4 +1,4 @@
-// The beam from one point through a parallelogram: what decides for a bundle as a whole. See spec/design.md, "Bundles".
+// The beam from one point through a parallelogram: what decides for a bundle as a whole. See spec/proofs.md, "Bundles".
 #pragma once
 
 #include <algorithm>

@@ -94,7 +94,7 @@ class Scene {
   std::optional<Error> set_transforms(std::span<const Transform> to_world);
 
   // blocked: by some instance. clear: no instance meets the segment. Everything else is unclassified. What instances
-  // promise holds in the world: see spec/design.md, "Scenes".
+  // promise holds in the world: see spec/proofs.md, "Scenes".
   Visibility classify(const Segment& segment, const SceneQuery& query = {}) const noexcept;
   void classify(std::span<const Segment> segments, std::span<Visibility> answers,
                 const SceneQuery& query = {}) const noexcept;
