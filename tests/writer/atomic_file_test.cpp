@@ -133,5 +133,40 @@ TEST_F(AtomicFiles, ErrorsNameTheFileAndTheReason) {
   EXPECT_NE(folder.commit().error().message.find("d: cannot be replaced: not a regular file"), std::string::npos);
 }
 
+TEST_F(AtomicFiles, FaultsAreKnownBeforeAnythingIsWritten) {
+  EXPECT_FALSE(AtomicFile(folder_ / "x").fault());
+  EXPECT_EQ(AtomicFile(folder_ / "absent" / "x").fault()->code, ErrorCode::io);
+  EXPECT_NE(AtomicFile(folder_ / std::string(256, 'n')).fault()->message.find("File name too long"), std::string::npos);
+  EXPECT_EQ(names(), Names{});
+}
+
+TEST_F(AtomicFiles, NothingIsWrittenThroughALink) {
+  std::ofstream(folder_ / "victim") << "precious";
+  fs::create_symlink("victim", folder_ / "to-file");
+  fs::create_symlink("nowhere", folder_ / "to-nothing");
+  fs::create_symlink("loop", folder_ / "loop");
+  for (const char* name : {"to-file", "to-nothing", "loop"}) {
+    for (const std::string_view kind : {"", "KIND"}) {
+      AtomicFile file(folder_ / name, kind);
+      file.append(bytes("KIND"));
+      ASSERT_TRUE(file.fault());
+      EXPECT_NE(file.fault()->message.find(std::string(name) + ": is a link to "), std::string::npos);
+      EXPECT_FALSE(file.commit().ok());
+    }
+  }
+  EXPECT_EQ(text("victim"), "precious");
+  EXPECT_FALSE(fs::exists(folder_ / "nowhere"));
+}
+
+TEST_F(AtomicFiles, ALinkToAFileOfTheSameKindStaysAndTheFileIsReplaced) {
+  std::ofstream(folder_ / "old") << "KIND one";
+  fs::create_symlink("old", folder_ / "link");
+  AtomicFile file(folder_ / "link", "KIND");
+  file.append(bytes("KIND two"));
+  ASSERT_TRUE(file.commit().ok());
+  EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+  EXPECT_EQ(text("old"), "KIND two");
+}
+
 }  // namespace
 }  // namespace vcd

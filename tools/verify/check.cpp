@@ -19,7 +19,7 @@ namespace {
 std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents,
                                       const CheckOptions& options) {
   if (options.library) return against_library(*options.library, file, contents);
-  if (!options.against.empty()) return against_file(options.against, contents);
+  if (!options.against.empty()) return against_file(options.against, ingest_options_of(contents, options.ingest));
   return nullptr;
 }
 

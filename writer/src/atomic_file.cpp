@@ -26,21 +26,42 @@ std::string fresh_name(const fs::path& folder) {
 
 std::string path_of(int descriptor) { return "/proc/self/fd/" + std::to_string(descriptor); }
 
+bool begins_with(const fs::path& path, std::string_view kind) {
+  const int file = open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  if (file < 0) return false;
+  struct stat status {};
+  std::string begin(kind.size(), '\0');
+  const bool same = fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+                    pread(file, begin.data(), begin.size(), 0) == static_cast<ssize_t>(kind.size()) && begin == kind;
+  close(file);
+  return same;
+}
+
 }  // namespace
 
-AtomicFile::AtomicFile(fs::path path) : path_(std::move(path)) {
-  // Where the path is a link, the file behind it is replaced, not the link.
-  std::error_code ignored;
-  if (fs::is_symlink(path_, ignored)) {
-    const auto target = fs::weakly_canonical(path_, ignored);
-    if (!ignored) path_ = target;
+AtomicFile::AtomicFile(fs::path path, std::string_view kind) : path_(std::move(path)) {
+  struct stat status {};
+  if (lstat(path_.c_str(), &status) == 0) {
+    if (S_ISLNK(status.st_mode)) follow_link(kind);
+    else if (!S_ISREG(status.st_mode)) failure_ = path_.string() + ": cannot be replaced: not a regular file";
+  } else if (errno != ENOENT) {
+    fail("cannot be written");
   }
-  if (fs::exists(path_, ignored) && !fs::is_regular_file(path_, ignored)) {
-    failure_ = path_.string() + ": cannot be replaced: not a regular file";
-    return;
-  }
+  if (!failure_.empty()) return;
   open_without_name(folder_of(path_));
   if (descriptor_ < 0) open_temporary(folder_of(path_));
+}
+
+void AtomicFile::follow_link(std::string_view kind) {
+  std::error_code error;
+  const fs::path target = fs::canonical(path_, error);
+  if (!error && !kind.empty() && begins_with(target, kind)) {
+    path_ = target;
+    return;
+  }
+  const fs::path named = fs::read_symlink(path_, error);
+  failure_ = path_.string() + ": is a link to " + named.string() + "; nothing is written through it" +
+             (kind.empty() ? "" : ", because no file of the kind to be written is there");
 }
 
 void AtomicFile::open_without_name(const fs::path& folder) {
@@ -113,6 +134,11 @@ void AtomicFile::give_name() {
   }
   if (rename(temporary_.c_str(), path_.c_str()) != 0) return fail("cannot rename the temporary file to it");
   temporary_.clear();
+}
+
+std::optional<Error> AtomicFile::fault() const {
+  if (failure_.empty()) return std::nullopt;
+  return Error{ErrorCode::io, failure_};
 }
 
 Result<uint64_t> AtomicFile::commit(const Verify& verify) {

@@ -201,7 +201,7 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
   const Error stopped{ErrorCode::runtime, path.string() + ": stopped"};
   Layout layout;
   if (!layout.make(contents)) return stopped;
-  AtomicFile file(path);
+  AtomicFile file(path, kSidecarBegin);
   if (!layout.emit(contents.stop, [&](Bytes bytes) { file.append(bytes); })) return stopped;
   if (contents.stop && contents.stop()) return stopped;
   return file.commit([](Bytes bytes) -> std::string {

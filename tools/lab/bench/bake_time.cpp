@@ -36,7 +36,7 @@ std::optional<Error> time_bake(const PreparedMesh& mesh, const BakeOptions& opti
 }  // namespace
 
 int run_bake_time(const std::string& path, const BakeTimeOptions& options, int repetitions, OutputFormat format) {
-  const auto meshes = load_meshes(path, nullptr);
+  const auto meshes = load_meshes(path, {});
   if (!meshes) return print_error(meshes.error().message), exit_code(meshes.error().code);
   const PreparedMesh& mesh = meshes->front();
   catch_interruptions();

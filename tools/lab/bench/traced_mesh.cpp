@@ -4,9 +4,9 @@
 
 namespace vcd {
 
-Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar,
+Result<TracedMesh> TracedMesh::load(const std::string& path, const IngestOptions& options,
                                     const std::array<uint8_t, 16>* hash) {
-  auto meshes = load_meshes(path, sidecar);
+  auto meshes = load_meshes(path, options);
   if (!meshes) return meshes.error();
   for (PreparedMesh& mesh : *meshes) {
     if (hash && mesh.geometry_hash != *hash) continue;

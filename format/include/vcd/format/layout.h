@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace vcd {
 
@@ -14,7 +15,8 @@ static_assert(std::endian::native == std::endian::little,
 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 2;  // written; files of version 1 are read too
+inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
+inline constexpr uint16_t kVersionMajor = 2;                            // written; files of version 1 are read too
 inline constexpr uint16_t kVersionMinor = 1;
 
 struct FileHeader {

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 
 #include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
@@ -15,15 +17,25 @@ namespace vcd {
 // flushes, has the bytes verified and gives the file its name, in place of what had it; who mapped that keeps it.
 // Without commit, or on an error, the destructor removes it. One thread at a time; any number of writers of one path:
 // the last wins.
+//
+// Links: an output is never written through a symbolic link, because whoever may place a link in a folder could have
+// any file overwritten that this user may write. The one exception are links to files that begin with `kind`, the first
+// bytes of what is written: then the file behind the link is replaced, and the link stays.
 class AtomicFile {
  public:
   // What is wrong with the bytes as they lie on the disk; empty if nothing is.
   using Verify = std::function<std::string(Bytes)>;
 
-  explicit AtomicFile(std::filesystem::path path);
+  // Finds out at once what keeps the file from being written, as far as that can be known beforehand: a folder that is
+  // missing or cannot be written, a name that is too long, a folder or device in its place, a link.
+  // kind  by default no link is followed
+  explicit AtomicFile(std::filesystem::path path, std::string_view kind = {});
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
   ~AtomicFile();
+
+  // What has gone wrong so far (code io); nothing if nothing has.
+  std::optional<Error> fault() const;
 
   // After the first failure further calls do nothing; commit() reports it.
   void append(Bytes bytes);
@@ -31,6 +43,7 @@ class AtomicFile {
 
  private:
   void fail(const char* what);
+  void follow_link(std::string_view kind);
   void open_without_name(const std::filesystem::path& folder);
   void open_temporary(const std::filesystem::path& folder);
   void verify_with(const Verify& verify);
