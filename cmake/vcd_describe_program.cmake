@@ -1,30 +1,28 @@
-# vcd_describe_program(PROGRAM): its man page and its completions of bash, zsh and fish, printed by itself after it is built,
-# in share/ of the build tree, and installed where man and the shells look.
-function(vcd_describe_program program)
-  if(CMAKE_CROSSCOMPILING AND NOT CMAKE_CROSSCOMPILING_EMULATOR)
+# vcd_describe_program(PROGRAM SUMMARY): installs what man and the shells show of a program.
+#
+# The man page is made by help2man from --help where help2man is installed (Debian: help2man), else there is none; fish
+# completes from it. bash and zsh complete from --help.
+find_program(VCD_HELP2MAN help2man)
+
+function(vcd_describe_program program summary)
+  set(share ${CMAKE_BINARY_DIR}/share)
+  file(WRITE ${share}/bash-completion/completions/${program} "complete -F _longopt ${program}\n")
+  file(WRITE ${share}/zsh/site-functions/_${program} "#compdef ${program}\n_gnu_generic\n")
+  install(FILES ${share}/bash-completion/completions/${program}
+          DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
+  install(FILES ${share}/zsh/site-functions/_${program} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/zsh/site-functions)
+  if(NOT VCD_HELP2MAN OR CMAKE_CROSSCOMPILING)
     return()
   endif()
-  set(man share/man/man1/${program}.1)
-  set(bash share/bash-completion/completions/${program})
-  set(zsh share/zsh/site-functions/_${program})
-  set(fish share/fish/vendor_completions.d/${program}.fish)
-  set(files ${man} ${bash} ${zsh} ${fish})
-  foreach(file ${files})
-    get_filename_component(folder ${CMAKE_BINARY_DIR}/${file} DIRECTORY)
-    file(MAKE_DIRECTORY ${folder})
-    get_filename_component(folder ${file} DIRECTORY)
-    string(REGEX REPLACE "^share" "${CMAKE_INSTALL_DATAROOTDIR}" folder ${folder})
-    install(FILES ${CMAKE_BINARY_DIR}/${file} DESTINATION ${folder})
-  endforeach()
+  set(page ${share}/man/man1/${program}.1)
+  file(MAKE_DIRECTORY ${share}/man/man1)
   add_custom_command(
-    OUTPUT ${CMAKE_BINARY_DIR}/${man} ${CMAKE_BINARY_DIR}/${bash} ${CMAKE_BINARY_DIR}/${zsh} ${CMAKE_BINARY_DIR}/${fish}
-    COMMAND ${program} --print-man > ${man}
-    COMMAND ${program} --print-completion bash > ${bash}
-    COMMAND ${program} --print-completion zsh > ${zsh}
-    COMMAND ${program} --print-completion fish > ${fish}
+    OUTPUT ${page}
+    COMMAND ${VCD_HELP2MAN} --no-info --name=${summary} --version-string=${PROJECT_VERSION} --help-option=--help-all
+            --output=${page} $<TARGET_FILE:${program}>
     DEPENDS ${program}
-    WORKING_DIRECTORY ${CMAKE_BINARY_DIR}
-    COMMENT "Describing ${program}"
+    COMMENT "Man page of ${program}"
     VERBATIM)
-  add_custom_target(${program}-description ALL DEPENDS ${CMAKE_BINARY_DIR}/${man})
+  add_custom_target(${program}-man-page ALL DEPENDS ${page})
+  install(FILES ${page} DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 endfunction()

@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-tools/install_dependencies.sh
+tools/install_dependencies.sh test lab
 for preset in release asan; do
   echo "== $preset: build" >&2
   cmake --preset $preset >/dev/null

@@ -31,8 +31,8 @@ struct Options {
   unsigned threads = 0;
   double memory_mb = 0;
   double time_limit = 14400;
-  bool plan_only = false, update = false, resume = false, fail_fast = false, keep_going = false, dry_run = false,
-       prune = false;
+  bool plan_only = false, update = false, resume = false, fail_fast = false, dry_run = false, prune = false,
+       verbose = false;
   std::string cache, report, events, depfile;
 };
 
@@ -144,7 +144,7 @@ int run(const Options& options) {
                  {"version", VCD_VERSION},
                  {"assets", assets.size()},
                  {"up_to_date", totals_of(records).up_to_date}});
-    run_batch(assets, records, batch, *make_console(options.common), *events);
+    run_batch(assets, records, batch, *make_console(options.common, options.verbose), *events);
   }
   RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files,
                 found->named_again};
@@ -247,8 +247,8 @@ void add_run_options(CLI::App& app, Options& options) {
   app.add_flag(
       "--resume", options.resume,
       "Go on with a run that was killed: --update, and what failed according to its --events is not tried again");
-  app.add_flag("--keep-going", options.keep_going, "Bake the others when an asset fails (default)");
-  app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails");
+  app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails (default: the others are baked)");
+  app.add_flag("-v,--verbose", options.verbose, "Print the whole summary of each asset, not one line");
   app.add_flag("--dry-run", options.dry_run, "Only say what would be baked, and why");
   app.add_flag(
       "--prune", options.prune,
@@ -280,10 +280,6 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     if (options.request.inputs.empty() && options.request.manifests.empty()) {
       print_error("no mesh given; try --help");
-      return exit_code(ErrorCode::usage);
-    }
-    if (options.keep_going && options.fail_fast) {
-      print_error("--keep-going and --fail-fast exclude each other");
       return exit_code(ErrorCode::usage);
     }
     return options.plan_only ? run_plan(options) : run(options);

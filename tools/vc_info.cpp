@@ -2,8 +2,8 @@
 #include <cstdio>
 
 #include <vcd/format/contents.h>
-#include <vcd/format/writer.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/writer.h>
 
 #include "common/describe.h"
 #include "common/paths.h"
@@ -43,7 +43,7 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
   for (const ObjectContents& object : contents.objects) {
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
-    if (object.tree.margins)
+    if (object.tree.clearances)
       std::printf("  margins   known: segments may begin and end shortly behind the box's faces\n");
     if (!object.geometry.empty())
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
@@ -120,7 +120,7 @@ int run(const Options& options) {
     if (options.common.format == OutputFormat::json) {
       all.push_back(describe(path, sidecar->contents()));
     } else {
-      print(path, sidecar->contents(), options.sections || options.common.verbose);
+      print(path, sidecar->contents(), options.sections);
     }
   }
   if (options.common.format == OutputFormat::json && options.repack.empty())

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/audit_report.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 #include "common/program.h"
 #include "verify/reports.h"
@@ -133,6 +134,7 @@ void add_options(CLI::App& app, Options& options) {
                  "Refused is what has more with 95 % confidence, so more lines tell closer.\n"
                  "A wrong proven answer is never accepted")
       ->check(NumberRange(0.0, 1.0));
+  add_outside_files(app, check.ingest);
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
   app.add_option("--sarif", options.sarif, "Write a SARIF 2.1.0 report, too")->type_name("PATH");
   app.add_option("--junit", options.junit, "Write a JUnit XML report, too")->type_name("PATH");

@@ -10,8 +10,8 @@
 namespace vcd::baker {
 namespace {
 
-Answers answers_of(const ObjectRecord& record, TreeView tree, uint32_t blocked_answers) {
-  tree.blocked_answers = blocked_answers;
+Answers answers_of(const ObjectRecord& record, TreeView tree, Trust trust) {
+  tree.answers = answer_table(trust);
   return [frame = make_grid_frame(record.box_min, record.box_max), tree](std::span<const Segment> segments,
                                                                          std::span<Visibility> answers) {
     for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(frame, tree, tree.shape, segments[i]);
@@ -20,7 +20,7 @@ Answers answers_of(const ObjectRecord& record, TreeView tree, uint32_t blocked_a
 
 // A sampled tree proves nothing.
 Answers proven_answers_of(const ObjectRecord& record, const TreeView& tree) {
-  if (record.method != static_cast<uint8_t>(Method::sampled)) return answers_of(record, tree, TreeView::kProvenAnswers);
+  if (record.method != static_cast<uint8_t>(Method::sampled)) return answers_of(record, tree, Trust::proofs);
   return [](std::span<const Segment>, std::span<Visibility> answers) {
     std::ranges::fill(answers, Visibility::unclassified);
   };
@@ -41,7 +41,7 @@ Error wrong_proofs(const PreparedMesh& mesh, const AuditReport& report, uint64_t
 Result<AuditReport> audit_object(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                                  const AuditOptions& options) {
   const AuditReport report =
-      audit(mesh, answers_of(record, tree, TreeView::kAllAnswers), proven_answers_of(record, tree), options);
+      audit(mesh, answers_of(record, tree, Trust::statistics), proven_answers_of(record, tree), options);
   if (options.stop && options.stop()) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
   const uint64_t wrong = report.sum(false).wrong_proven + report.sum(true).wrong_proven;
   if (wrong > 0) return wrong_proofs(mesh, report, wrong);

@@ -23,7 +23,10 @@ std::string counted(size_t number, const char* singular, const char* plural) {
 class GltfReader {
  public:
   GltfReader(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options)
-      : options_(options), document_(path, bytes), buffers_(document_), skinned_(find_skinned_meshes(document_)) {}
+      : options_(options),
+        document_(path, bytes),
+        buffers_(document_, options.files_outside),
+        skinned_(find_skinned_meshes(document_)) {}
 
   Ingested read() {
     for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);

@@ -1,5 +1,7 @@
 #include "ingest/gltf_buffers.h"
 
+#include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "ingest/gltf_meshopt.h"
@@ -21,6 +23,17 @@ std::optional<uint32_t> stride_of(const GltfObject& view) {
     view.fail("byteStride " + std::to_string(stride) + " is not a multiple of 4 from 4 to 252");
   }
   return static_cast<uint32_t>(stride);
+}
+
+// Whether a relative name means a file elsewhere than below the folder, by itself or by a link on its way. A file that
+// does not exist is judged by its name.
+bool leads_outside(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path root = fs::canonical(folder.empty() ? "." : folder, error);
+  const fs::path file = error ? fs::path() : fs::weakly_canonical(root / name, error);
+  if (error) return true;
+  return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first != root.end();
 }
 
 }  // namespace
@@ -83,6 +96,11 @@ std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::stri
   }
   const std::string name = percent_decode(uri);
   if (name.find('\0') != std::string::npos) buffer.fail("the uri holds a zero byte");
+  if (!files_outside_ && leads_outside(document_.folder(), name)) {
+    fail_gltf(ErrorCode::unsupported, buffer.place() + ": the uri " + quoted(uri) +
+                                          " leads out of the file's folder; that is read only where outside files "
+                                          "are allowed (--allow-outside-files)");
+  }
   Result<std::string> bytes = read_file(document_.folder() / name);
   if (!bytes) fail_gltf(bytes.error().code, bytes.error().message);
   files_.push_back({name, content_hash(*bytes)});

@@ -2,7 +2,7 @@
 //
 // The formats are read by code of this project. Of the packaged libraries that were tried (OpenMesh 9.0,
 // tinyobjloader 2.0rc10, Assimp 5.2, CGAL 5.5), each makes a wrong mesh of some file of the format and
-// reports no error, or refuses sound files; and none says where a file is broken. spec/design.md has the
+// reports no error, or refuses sound files; and none says where a file is broken. spec/results.md has the
 // table.
 #pragma once
 

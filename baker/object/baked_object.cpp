@@ -18,7 +18,7 @@ BakedObject::~BakedObject() = default;
 TreeView BakedObject::tree() const {
   assert(arrays_ && "an object that was moved from has no tree");
   TreeView tree = arrays_->tree.view();
-  if (!arrays_->clearances.empty()) tree.margins = arrays_->clearances.data();
+  if (!arrays_->clearances.empty()) tree.clearances = arrays_->clearances.data();
   return tree;
 }
 

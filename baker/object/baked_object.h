@@ -15,7 +15,7 @@ namespace vcd::baker {
 struct BakedObject::Arrays {
   TreeArrays tree;
   std::vector<std::byte> geometry;  // Draco bytes, or none
-  std::vector<uint8_t> clearances;  // kMarginBytes of them, or none
+  std::vector<uint8_t> clearances;  // kClearanceBytes of them, or none
 };
 
 // How an object's cells were classified.

@@ -62,11 +62,11 @@ void add(const Corners& t, std::array<Depths, 6>& depths) {
   }
 }
 
-// Along one axis of a face, from one of kMarginSquares squares: the nearest of all places of the map, of which place k
+// Along one axis of a face, from one of kClearanceSquares squares: the nearest of all places of the map, of which place k
 // is away at(k) in the other coordinates. Away is the largest of the three coordinates.
 template <class At>
 double nearest_along(int square, const At& at) {
-  constexpr int kSide = kMap / static_cast<int>(kMarginSquares);
+  constexpr int kSide = kMap / static_cast<int>(kClearanceSquares);
   const int low = square * kSide, high = low + kSide - 1;
   double nearest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kMap; ++k)
@@ -74,9 +74,9 @@ double nearest_along(int square, const At& at) {
   return nearest;
 }
 
-// Of each square of kMarginSquares, row-major, from all that the map shows: along the rows, then across them.
+// Of each square of kClearanceSquares, row-major, from all that the map shows: along the rows, then across them.
 std::vector<double> distances(const Depths& depths) {
-  constexpr int kSquares = kMarginSquares;
+  constexpr int kSquares = kClearanceSquares;
   std::vector<double> along, both;
   for (int k = 0; k < kMap; ++k)
     for (int j = 0; j < kSquares; ++j)
@@ -100,7 +100,7 @@ std::vector<uint8_t> clearances_of(const GridMesh& mesh) {
     add({corner(0), corner(1), corner(2)}, depths);
   }
   std::vector<uint8_t> clearances;
-  clearances.reserve(kMarginBytes);
+  clearances.reserve(kClearanceBytes);
   for (const Depths& map : depths)
     for (const double free : distances(map))
       clearances.push_back(static_cast<uint8_t>(std::clamp(free - kClearanceSlack, 0.0, 255.0)));

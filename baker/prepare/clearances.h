@@ -10,7 +10,7 @@
 
 namespace vcd::baker {
 
-// kMarginBytes bytes, as the MARG section has them: for each square of each face the whole number of grid units, at
+// kClearanceBytes bytes, as the MARG section has them: for each square of each face the whole number of grid units, at
 // most 255, such that every point of the mesh is further than that, and kClearanceSlack more, from every point of the
 // square in at least one of the three coordinates.
 std::vector<uint8_t> clearances_of(const GridMesh& mesh);

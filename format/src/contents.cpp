@@ -12,8 +12,8 @@
 
 #include <vcd/format/tree_statistics.h>
 
-#include "checksum.h"
-#include "utf8.h"
+#include <vcd/format/checksum.h>
+#include <vcd/format/utf8.h>
 
 namespace vcd {
 
@@ -49,7 +49,8 @@ class Reader {
   }
 
  private:
-  bool full() const { return level_ == CheckLevel::full; }
+  bool checksums() const { return level_ >= CheckLevel::checksums; }
+  bool canonical() const { return level_ >= CheckLevel::canonical; }
   bool report(FindingId id, uint64_t offset, std::string detail = {}) {  // false, so that a check can return it
     findings_.push_back({id, offset, std::move(detail)});
     return false;
@@ -147,12 +148,12 @@ bool Reader::check_section(uint32_t index, uint64_t& end) {
     return report(FindingId::section_range, at,
                   name + ": offset " + std::to_string(e.offset) + ", size " + std::to_string(e.stored_size) +
                       ", expected offset " + std::to_string(expected));
-  if (full() && !all_zero(file_.subspan(end, e.offset - end))) good = report(FindingId::padding_not_zero, end, name);
+  if (canonical() && !all_zero(file_.subspan(end, e.offset - end)))
+    good = report(FindingId::padding_not_zero, end, name);
   end = e.offset + e.stored_size;
   good &= check_kind(e, at) && check_sizes(e, at, name);
-  // The small tables are always checked; the rest of the bytes only at full level.
   const bool small = e.type == kSectionObjects || e.type == kSectionNames;
-  if ((full() || small) && checksum(stored(e)) != e.stored_xxh3)
+  if ((checksums() || small) && checksum(stored(e)) != e.stored_xxh3)
     good = report(FindingId::stored_checksum, e.offset, name);
   return good;
 }
@@ -261,10 +262,10 @@ bool Reader::read_objects() {
 
 bool Reader::set_margins(const SectionEntry& s, uint32_t index) {
   const std::string name = section_type_name(s.type);
-  if (s.logical_size != kMarginBytes)
+  if (s.logical_size != kClearanceBytes)
     return report(FindingId::section_size, entry_offset(index),
-                  name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kMarginBytes));
-  const uint8_t*& margins = contents_.objects[s.object].tree.margins;
+                  name + ": " + std::to_string(s.logical_size) + " bytes, not " + std::to_string(kClearanceBytes));
+  const uint8_t*& margins = contents_.objects[s.object].tree.clearances;
   if (margins)
     return report(FindingId::section_count, entry_offset(index),
                   "a second " + name + " of object " + std::to_string(s.object));
@@ -363,7 +364,7 @@ bool Reader::check_owned_sections(uint32_t index, const ObjectRecord& r, uint64_
 bool Reader::read_trees() {
   bool good = true;
   for (uint32_t i = 0; good && i < contents_.objects.size(); ++i) good = read_tree(i);
-  return good && (!full() || check_unknown_sections());
+  return good && (!checksums() || check_unknown_sections());
 }
 
 // Compressed sections that nobody here reads still have to hold what their entry says.
@@ -401,7 +402,7 @@ bool Reader::read_tree(uint32_t index) {
     bytes = {copy.data.get(), copy.size};
     contents_.inflated.push_back(std::move(copy));
   }
-  if (full() && e.storage == static_cast<uint32_t>(Storage::zstd) && checksum(bytes) != e.logical_xxh3)
+  if (checksums() && e.storage == static_cast<uint32_t>(Storage::zstd) && checksum(bytes) != e.logical_xxh3)
     return report(FindingId::logical_checksum, e.offset, "object " + std::to_string(index));
 
   TreeView& tree = object.tree;
@@ -409,10 +410,8 @@ bool Reader::read_tree(uint32_t index) {
   tree.block256_count = r.block256_count;
   tree.block16_count = r.block16_count;
   tree.brick_count = r.brick_count;
-  tree.has_clear = r.cells[0] != 0;
-  tree.has_blocked = r.cells[1] != 0 || r.statistical_cells != 0;
-  tree.blocked_answers =
-      r.method == static_cast<uint8_t>(Method::hybrid) ? TreeView::kAllAnswers : TreeView::kProvenAnswers;
+  tree.answers = answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs,
+                              classes_in(r));
   tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
   tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
   tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;
@@ -434,7 +433,7 @@ bool Reader::read_tree(uint32_t index) {
       good = report(FindingId::tree_uniform, e.offset, "bricks");
       break;
     }
-  if (!full() || !good) return good;
+  if (!canonical() || !good) return good;
 
   const TreeStatistics s = measure_tree(tree);
   if (r.depth == 1 && s.mixed_groups > 0)

@@ -86,11 +86,11 @@ BrickSummary summarize_brick(const uint8_t* brick) {
     uint32_t cells[16], seen = 0;
     gather_children(group, 2, cells);
     for (uint32_t cell : cells) {
-      const uint32_t bits = brick_cell(brick, cell);
-      seen |= 1u << bits;
-      summary.clear += bits == 0;
-      summary.blocked += bits == 1;
-      summary.statistical += bits == 3;
+      const CellClass found = brick_cell(brick, cell);
+      seen |= just(found);
+      summary.clear += found == CellClass::clear;
+      summary.blocked += found == CellClass::blocked;
+      summary.statistical += found == CellClass::statistically_blocked;
     }
     summary.mixed_groups += (seen & (seen - 1)) != 0;
   }

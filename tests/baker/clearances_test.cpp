@@ -55,11 +55,11 @@ TEST(Clearances, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
     const auto points = points_on(*mesh, mesh->triangles.size() < 10 ? 20000 : 200);
     uint64_t positive = 0;
     for (uint32_t face = 0; face < 6; ++face)
-      for (uint32_t i = 0; i < kMarginSquares; ++i)
-        for (uint32_t j = 0; j < kMarginSquares; ++j) {
+      for (uint32_t i = 0; i < kClearanceSquares; ++i)
+        for (uint32_t j = 0; j < kClearanceSquares; ++j) {
           double nearest = 1e9;
           for (const auto& p : points) nearest = std::min(nearest, distance(face, i, j, p));
-          const double clearance = clearances[margin_square(face, 16 * i, 16 * j)];
+          const double clearance = clearances[clearance_square(face, 16 * i, 16 * j)];
           if (clearance > 0) {
             EXPECT_GT(nearest, clearance + 0.1) << face << " " << i << " " << j;
           }
@@ -123,7 +123,7 @@ TEST(Clearances, LetSegmentsBeginAndEndInThem) {
 // As no mesh has them, but a file may.
 TEST(Clearances, ThatOverlapNeverBlockAnEmptySegment) {
   const BakedObject baked = must_bake(sphere(), quick(3));
-  const std::vector<uint8_t> margins(kMarginBytes, 200);
+  const std::vector<uint8_t> margins(kClearanceBytes, 200);
   SidecarToWrite contents;
   contents.objects = {baked.to_write()};
   contents.objects[0].margins = std::as_bytes(std::span(margins));
@@ -144,11 +144,11 @@ TEST(Clearances, ThatOverlapNeverBlockAnEmptySegment) {
 }
 
 TEST(Clearances, AreOnlyKeptWhereSomethingIsBlocked) {
-  EXPECT_EQ(must_bake(sphere(), quick(3)).tree().margins != nullptr, true);
+  EXPECT_EQ(must_bake(sphere(), quick(3)).tree().clearances != nullptr, true);
   BakeOptions options;
   options.method = Method::none;
-  EXPECT_EQ(must_bake(sphere(), options).tree().margins, nullptr);
-  EXPECT_EQ(make_unclassified_object(*prepare(sphere()), 3).tree().margins, nullptr);
+  EXPECT_EQ(must_bake(sphere(), options).tree().clearances, nullptr);
+  EXPECT_EQ(make_unclassified_object(*prepare(sphere()), 3).tree().clearances, nullptr);
 }
 
 }  // namespace

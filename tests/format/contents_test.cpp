@@ -22,8 +22,10 @@ namespace {
 
 using Buffer = std::vector<std::byte>;
 
+constexpr CheckLevel kLevels[] = {CheckLevel::bounds, CheckLevel::checksums, CheckLevel::canonical};
+
 // Reads a copy that ends exactly where the bytes end, so that AddressSanitizer sees every step too far.
-std::vector<Finding> findings_of(Bytes bytes, CheckLevel level = CheckLevel::full) {
+std::vector<Finding> findings_of(Bytes bytes, CheckLevel level = CheckLevel::canonical) {
   const std::unique_ptr<std::byte[]> exact(new std::byte[bytes.size()]);
   std::copy(bytes.begin(), bytes.end(), exact.get());
   std::vector<Finding> findings;
@@ -92,7 +94,7 @@ class Contents : public testing::Test {
 
 TEST_F(Contents, AcceptsWhatTheWriterWrites) {
   for (const Buffer* file : {small_, several_, shipped_})
-    for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {
+    for (CheckLevel level : kLevels) {
       const auto findings = findings_of(*file, level);
       EXPECT_TRUE(findings.empty()) << describe(findings[0]);
     }
@@ -101,8 +103,7 @@ TEST_F(Contents, AcceptsWhatTheWriterWrites) {
 TEST_F(Contents, RefusesEveryPrefix) {
   for (const Buffer* file : {small_, shipped_})
     for (size_t size = 0; size < file->size(); ++size)
-      for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full})
-        ASSERT_TRUE(has_error(findings_of(Bytes(*file).first(size), level))) << size;
+      for (CheckLevel level : kLevels) ASSERT_TRUE(has_error(findings_of(Bytes(*file).first(size), level))) << size;
   // Of the larger file, the ends of everything.
   for (size_t size = 0; size < several_->size(); size += size < 8192 || size % 4096 < 2 ? 1 : 61)
     ASSERT_TRUE(has_error(findings_of(Bytes(*several_).first(size)))) << size;
@@ -134,8 +135,7 @@ TEST_F(Contents, SurvivesEveryFlippedBitOfSealedTables) {
       Sidecar copy{*file};
       copy.bytes[bit / 8] ^= std::byte{1} << (bit % 8);
       copy.seal();
-      findings_of(copy.bytes, CheckLevel::bounds);
-      findings_of(copy.bytes, CheckLevel::full);
+      for (CheckLevel level : kLevels) findings_of(copy.bytes, level);
     }
   }
 }
@@ -241,7 +241,7 @@ TEST_F(Contents, EveryFindingIsFound) {
 
 TEST_F(Contents, WhatIsWrongInsideACompressedTreeIsFoundInTheFile) {
   std::vector<Finding> none;
-  const auto contents = read_sidecar(*small_, CheckLevel::full, none);
+  const auto contents = read_sidecar(*small_, CheckLevel::canonical, none);
   ASSERT_TRUE(contents.has_value());
   const ObjectContents& object = contents->objects[0];
   Buffer tree;
@@ -356,7 +356,8 @@ TEST(Class3, IsForHybridsOnly) {
       std::vector<Finding> none;
       const auto contents = read_sidecar(other.bytes, CheckLevel::bounds, none);
       ASSERT_TRUE(contents.has_value());
-      EXPECT_EQ(contents->objects[0].tree.blocked_answers, TreeView::kProvenAnswers);
+      const Place pierces = Place::pierces;
+      EXPECT_EQ(contents->objects[0].tree.answers(pierces, CellClass::statistically_blocked), Visibility::unclassified);
     }
   }
 }
@@ -365,11 +366,11 @@ TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
   // Every answer of classify() against the bits of the segment's cell.
   const Buffer file = golden("v2-hybrid2.vcd");
   std::vector<Finding> none;
-  const auto contents = read_sidecar(file, CheckLevel::full, none);
+  const auto contents = read_sidecar(file, CheckLevel::canonical, none);
   ASSERT_TRUE(contents.has_value());
   const ObjectContents& object = contents->objects[0];
   TreeView proven = object.tree;
-  proven.blocked_answers = TreeView::kProvenAnswers;
+  proven.answers = answer_table(Trust::proofs);
   const GridFrame frame = make_grid_frame(object.record->box_min, object.record->box_max);
   std::mt19937 random(1);
   std::uniform_real_distribution<float> uniform(-0.5f, 1.5f);
@@ -383,7 +384,7 @@ TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
     }
     const LineCell line = locate(frame, segment);
     if (!line.valid || !line.hits || line.t_entry >= 1 || line.t_exit <= 0) continue;
-    const uint32_t bits = bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
+    const auto bits = static_cast<uint32_t>(class_of(object.tree, line));
     const bool pierces = line.t_entry >= 0 && line.t_exit <= 1;
     seen[bits] += pierces;
     const auto expected = [&](bool hybrid) {
@@ -416,7 +417,7 @@ TEST(Version1, IsHeldToItsOwnRules) {
     file.header().version_minor = 1;
     file.seal();
     std::vector<Finding> findings;
-    const auto contents = read_sidecar(file.bytes, CheckLevel::full, findings);
+    const auto contents = read_sidecar(file.bytes, CheckLevel::canonical, findings);
     ASSERT_TRUE(contents.has_value()) << byte << describe(findings[0]);
     const ObjectRecord& r = *contents->objects[0].record;
     EXPECT_TRUE(r.statistical_cells == 0 && r.audit_lines[0] == 0 && r.audit_lines[1] == 0 && r.audit_wrong[0] == 0 &&
@@ -434,7 +435,7 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
   for (const char* name : {"depth6.vcd", "depth7.vcd", "depth8.vcd"}) {
     const Buffer file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name);
     std::vector<Finding> none;
-    const auto contents = read_sidecar(file, CheckLevel::full, none);
+    const auto contents = read_sidecar(file, CheckLevel::canonical, none);
     ASSERT_TRUE(contents.has_value()) << name;
     const TreeView& good = contents->objects[0].tree;
     const auto findings_with = [&](uint64_t word, uint32_t value, CheckLevel level) {
@@ -450,7 +451,7 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
       return findings_of(Buffer(bytes->data.get(), bytes->data.get() + bytes->size), level);
     };
     const uint64_t first256 = good.shape.top_bytes() / 4, first16 = first256 + good.block256_count * kBlock256Words;
-    for (CheckLevel level : {CheckLevel::bounds, CheckLevel::full}) {
+    for (CheckLevel level : kLevels) {
       if (good.shape.has_blocks16) {
         EXPECT_TRUE(found(findings_with(first16 + 3 * 16 + 5, static_cast<uint32_t>(good.brick_count), level),
                           FindingId::tree_index));
@@ -500,7 +501,7 @@ TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
     copy.header().section_table_xxh3 =
         XXH3_64bits(copy.bytes.data() + 64, copy.header().section_count * sizeof(SectionEntry));
     copy.header().header_xxh3 = XXH3_64bits(copy.bytes.data(), 56);
-    EXPECT_FALSE(findings_of(copy.bytes).empty());
+    EXPECT_FALSE(findings_of(copy.bytes, CheckLevel::checksums).empty());
   }
 }
 
@@ -509,16 +510,16 @@ TEST(Margins, AreOneSectionOfOneSizeForAnObject) {
   const auto findings = [&](const SidecarToWrite& contents) {
     const auto bytes = sidecar_bytes(contents);
     std::vector<Finding> found;
-    const auto read = read_sidecar({bytes->data.get(), bytes->size}, CheckLevel::full, found);
+    const auto read = read_sidecar({bytes->data.get(), bytes->size}, CheckLevel::canonical, found);
     EXPECT_EQ(read.has_value(), found.empty());
     if (read) {
-      EXPECT_EQ(read->objects[0].margins().size(), kMarginBytes);
+      EXPECT_EQ(read->objects[0].margins().size(), kClearanceBytes);
     }
     return found;
   };
   SidecarToWrite good;
   good.objects = {baked.to_write()};
-  ASSERT_EQ(good.objects[0].margins.size(), kMarginBytes);
+  ASSERT_EQ(good.objects[0].margins.size(), kClearanceBytes);
   EXPECT_TRUE(findings(good).empty());
   SidecarToWrite bad = good;
   bad.objects[0].margins = bad.objects[0].margins.first(8);
@@ -605,11 +606,33 @@ TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
   EXPECT_TRUE(findings.empty()) << describe(findings[0]);
 }
 
-TEST_F(Contents, BoundsLevelDoesNotNoticeDamagedCells) {
-  Sidecar file{*small_};
-  file.brick(3)[0] ^= 1;
+// Each level finds what it promises, with those before it silent: damaged cells, and damage that somebody sealed.
+TEST_F(Contents, EachLevelFindsMoreThanTheOneBefore) {
+  const auto first_to_find = [&](const std::function<void(Sidecar&)>& damage) -> std::optional<CheckLevel> {
+    Sidecar file{*small_};
+    damage(file);
+    for (CheckLevel level : kLevels)
+      if (!findings_of(file.bytes, level).empty()) return level;
+    return std::nullopt;
+  };
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.tree()[3] = 0xFFFFFFF0; }), CheckLevel::bounds);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.brick(3)[0] ^= 1; }), CheckLevel::checksums);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset + 12] ^= std::byte{1}; }),
+            CheckLevel::checksums);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }),
+            CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.brick(3)[0] ^= 1, f.seal(); }), CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { f.object().nodes_folded += 1, f.seal(); }), CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](Sidecar& f) { std::copy_n(f.brick(3), 64, f.brick(4)), f.seal(); }),
+            CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](Sidecar&) {}), std::nullopt);
+
+  // The checksum of what a compressed section holds is one of the checksums.
+  Sidecar file{*shipped_};
+  file.section(kSectionTree).logical_xxh3 ^= 1;
+  file.seal();
   EXPECT_TRUE(findings_of(file.bytes, CheckLevel::bounds).empty());
-  EXPECT_FALSE(findings_of(file.bytes, CheckLevel::full).empty());
+  EXPECT_TRUE(found(findings_of(file.bytes, CheckLevel::checksums), FindingId::logical_checksum));
 }
 
 TEST_F(Contents, StorageDoesNotChangeTheContent) {
@@ -626,7 +649,7 @@ TEST_F(Contents, StorageDoesNotChangeTheContent) {
 
 TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
   std::vector<Finding> none;
-  const auto contents = read_sidecar(*several_, CheckLevel::full, none);
+  const auto contents = read_sidecar(*several_, CheckLevel::canonical, none);
   for (Storage storage : {Storage::raw, Storage::zstd}) {
     SidecarToWrite out;
     out.storage = storage;

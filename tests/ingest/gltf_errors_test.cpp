@@ -53,6 +53,36 @@ TEST_F(GltfErrors, PrimitiveRestartIsRefused) {
   expect_refused(builder.embedded(), ErrorCode::invalid_file, "index element 2 is 255, the primitive restart value");
 }
 
+TEST_F(GltfErrors, UrisThatLeaveTheFolderAreReadOnlyIfAllowed) {
+  namespace fs = std::filesystem;
+  fs::create_directories(folder_ / "inner" / "deeper");
+  const GltfBuilder square = square_file();
+  const std::string bytes(square.data().begin(), square.data().end());
+  for (const char* name : {"outside.bin", "inner/own.bin", "inner/deeper/own.bin"}) write(name, bytes);
+  fs::create_symlink("../outside.bin", folder_ / "inner" / "link.bin");
+  fs::create_directory_symlink("..", folder_ / "inner" / "up");
+  fs::create_symlink("own.bin", folder_ / "inner" / "near.bin");
+  const auto read = [&](const std::string& uri, bool allowed) {
+    GltfBuilder builder = square;
+    builder.document["buffers"][0]["uri"] = uri;
+    return ingest(write("inner/file.gltf", builder.document.dump()), {.files_outside = allowed});
+  };
+  for (const std::string& uri :
+       {std::string("../outside.bin"), std::string("deeper/../../outside.bin"), std::string("%2e%2e%2Foutside.bin"),
+        (folder_ / "outside.bin").string(), std::string("link.bin"), std::string("up/outside.bin")}) {
+    const Result<Ingested> refused = read(uri, false);
+    ASSERT_FALSE(refused.ok()) << uri;
+    EXPECT_EQ(refused.error().code, ErrorCode::unsupported);
+    EXPECT_NE(refused.error().message.find("the uri \""), std::string::npos) << refused.error().message;
+    EXPECT_NE(refused.error().message.find("leads out of the file's folder"), std::string::npos);
+    EXPECT_TRUE(read(uri, true).ok()) << uri;
+  }
+  for (const std::string uri : {"own.bin", "./own.bin", "deeper/own.bin", "deeper/../own.bin", "near.bin"})
+    EXPECT_TRUE(read(uri, false).ok()) << uri;
+  EXPECT_EQ(read("absent.bin", false).error().code, ErrorCode::io);
+  EXPECT_EQ(read("../absent.bin", false).error().code, ErrorCode::unsupported);
+}
+
 struct Defect {
   const char* name;
   std::function<void(json&)> bend;  // of square_file(): accessor and view 0 are positions, 1 are indices
@@ -173,8 +203,8 @@ TEST_F(GltfErrors, DefectsOfBufferUrisAreRefused) {
   };
   for (const Case& c :
        {Case{"nowhere.bin", ErrorCode::io, "nowhere.bin: cannot be opened"},
-        Case{"/dev/zero", ErrorCode::io, "not a regular file"}, Case{".", ErrorCode::io, "not a regular file"},
-        Case{"a%00b", invalid, "a zero byte"},
+        Case{"/dev/zero", ErrorCode::unsupported, "leads out of the file's folder"},
+        Case{".", ErrorCode::io, "not a regular file"}, Case{"a%00b", invalid, "a zero byte"},
         Case{"https://example.org/a.bin", ErrorCode::unsupported, "not relative"},
         Case{"data:application/octet-stream;base64", invalid, "without a comma"},
         Case{"data:;base64,AAA*", invalid, "not base64"}, Case{"data:;base64,AAAAA", invalid, "impossible length"},

@@ -109,12 +109,13 @@ class Trouble(Case):
         for closed in ("2>&-", ">&- 2>&-", "<&- >&- 2>&-"):
             self.assertEqual(subprocess.run(["sh", "-c", f"{command} --depth 2 {closed}"], stdout=subprocess.DEVNULL, timeout=120).returncode, 0, closed)
         process = subprocess.Popen(["sh", "-c", f"trap '' HUP; {command} --depth 6"], stderr=subprocess.PIPE, text=True, start_new_session=True)
-        while not self.at_work(process, 10):
+        while not (workers := self.at_work(process, 10)):
             self.assertIsNone(process.poll())
             time.sleep(0.05)
         os.killpg(process.pid, signal.SIGHUP)
         time.sleep(0.5)
         self.assertIsNone(process.poll())
+        self.assertEqual(self.at_work(process, 10), workers)  # they ignore it as well
         os.killpg(process.pid, signal.SIGTERM)
         process.communicate(timeout=60)
 

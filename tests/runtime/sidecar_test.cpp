@@ -146,7 +146,7 @@ TEST_F(Runtime, ErrorsNameTheFileAndTheReason) {
   EXPECT_EQ(Sidecar::open(folder_->path()).error().code, ErrorCode::io);
   write_file(path("empty.vcd"), {});
   for (Load load : {Load::map, Load::copy}) {
-    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::full});
+    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::checksums});
     ASSERT_FALSE(empty.ok());
     EXPECT_EQ(empty.error().code, ErrorCode::invalid_file);
     EXPECT_NE(empty.error().message.find("file-too-short"), std::string::npos);
@@ -179,7 +179,7 @@ std::vector<Visibility> answers_of(const Object& object, std::span<const Segment
 TEST(ProvenOnly, TakesStatisticalAnswersBack) {
   for (const char* name :
        {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd", "v2-hybrid8.vcd"})
-    for (CheckLevel check : {CheckLevel::full, CheckLevel::bounds}) {
+    for (CheckLevel check : {CheckLevel::checksums, CheckLevel::bounds}) {
       const auto all = Sidecar::open(golden(name), {Load::map, check, false});
       const auto proven = Sidecar::open(golden(name), {Load::map, check, true});
       ASSERT_TRUE(all.ok() && proven.ok());
@@ -196,7 +196,7 @@ TEST(ProvenOnly, TakesStatisticalAnswersBack) {
           continue;
         }
         const LineCell line = locate(frame, segments[i]);
-        const bool proof = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line) == 1;
+        const bool proof = class_of(tree, line) == CellClass::blocked;
         ASSERT_EQ(without[i], proof ? Visibility::blocked : Visibility::unclassified);
         ++(proof ? kept : taken_back);
       }
@@ -260,9 +260,10 @@ TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
   ASSERT_TRUE(sidecar.ok());
   const auto* top = reinterpret_cast<const std::byte*>(sidecar->contents().objects[0].tree.top);
   EXPECT_TRUE(top > bytes->data.get() && top < bytes->data.get() + bytes->size);
-  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})
-                   ->object(0)
-                   .answers());
+  EXPECT_FALSE(
+      vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::checksums, true})
+          ->object(0)
+          .answers());
 }
 
 TEST_F(Runtime, TheCInterfaceSaysTheSame) {

@@ -16,7 +16,7 @@
 #include <vcd/baker/bake.h>
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 namespace vcd::test {
 

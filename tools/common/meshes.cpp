@@ -8,8 +8,13 @@
 namespace vcd {
 using namespace baker;
 
-std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, const TakeMesh& take) {
-  auto ingested = ingest_isolated(path, {.treat_all_as_opaque = all_as_opaque});
+void add_outside_files(CLI::App& app, IngestOptions& options) {
+  app.add_flag("--allow-outside-files", options.files_outside,
+               "Let a mesh file name files that are not in its folder or below it; for trusted files only");
+}
+
+std::optional<Error> each_mesh(const std::string& path, const IngestOptions& options, const TakeMesh& take) {
+  auto ingested = ingest_isolated(path, options);
   if (!ingested) return ingested.error();
   for (SourceMesh& source : ingested->meshes) {
     const std::string name = source.name;
@@ -19,20 +24,19 @@ std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, cons
   return std::nullopt;
 }
 
-bool baked_all_as_opaque(const SidecarContents& sidecar) {
+IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
   for (const auto& [key, value] : sidecar.provenance)
-    if (key == "parts") return value != "opaque";
-  return false;
+    if (key == "parts") options.treat_all_as_opaque = value != "opaque";
+  return options;
 }
 
-Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const SidecarContents* sidecar) {
+Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const IngestOptions& options) {
   std::vector<PreparedMesh> meshes;
   Error last;
-  const auto fault = each_mesh(path, sidecar && baked_all_as_opaque(*sidecar),
-                               [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
-                                 if (mesh) return meshes.push_back(std::move(*mesh));
-                                 last = Error{mesh.error().code, path + ": " + mesh.error().message};
-                               });
+  const auto fault = each_mesh(path, options, [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
+    if (mesh) return meshes.push_back(std::move(*mesh));
+    last = Error{mesh.error().code, path + ": " + mesh.error().message};
+  });
   if (fault) return *fault;
   if (meshes.empty()) return last;
   return meshes;

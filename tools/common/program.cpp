@@ -13,9 +13,6 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include "completions.h"
-#include "man_page.h"
-
 namespace vcd {
 namespace {
 
@@ -58,18 +55,6 @@ std::vector<std::string> expand_lists(int argc, char** argv) {
   return arguments;
 }
 
-// What the build asks of every program, to be installed beside it: --print-man, --print-completion SHELL. Empty if not
-// asked.
-std::string self_description(const CLI::App& app, const std::vector<std::string>& arguments) {
-  if (arguments == std::vector<std::string>{"--print-man"}) return man_page(option_table(app));
-  if (arguments.empty() || arguments[0] != "--print-completion") return {};
-  const std::string shell = arguments.size() == 2 ? arguments[1] : "";
-  if (shell == "bash") return bash_completion(option_table(app));
-  if (shell == "zsh") return zsh_completion(option_table(app));
-  if (shell == "fish") return fish_completion(option_table(app));
-  throw CLI::ValidationError("--print-completion", "one shell: bash, zsh or fish");
-}
-
 // Standard output may have been full, or closed.
 int flushed(int code) {
   if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return code;
@@ -83,7 +68,6 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   static const std::map<std::string, OutputFormat> kFormats = {{"text", OutputFormat::text},
                                                                {"json", OutputFormat::json}};
   app.add_flag("-q,--quiet", options.quiet, "No notes, no progress, no summary; errors only");
-  app.add_flag("-v,--verbose", options.verbose, "Say more");
   app.add_option("--format", options.format, "What to print on standard output (default: text)")
       ->transform(CLI::CheckedTransformer(kFormats, CLI::ignore_case).description(""))
       ->type_name("text|json");
@@ -100,11 +84,9 @@ int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>
   try {
     std::vector<std::string> arguments = expand_lists(argc, argv);
     app.name(std::string(argv[0]).substr(std::string(argv[0]).find_last_of('/') + 1));
-    if (const std::string text = self_description(app, arguments); !text.empty()) {
-      std::fwrite(text.data(), 1, text.size(), stdout);
-      return flushed(kExitOk);
-    }
-    std::reverse(arguments.begin(), arguments.end());  // as CLI11 wants them
+    CLI::Option* const help_all = app.set_help_all_flag("--help-all", "Print the help of all commands");
+    if (app.get_subcommands({}).empty()) help_all->group("");  // the same as --help
+    std::reverse(arguments.begin(), arguments.end());          // as CLI11 wants them
     app.parse(std::move(arguments));
   } catch (const CLI::ParseError& e) {
     return app.exit(e) == 0 ? kExitOk : exit_code(ErrorCode::usage);

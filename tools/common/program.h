@@ -31,16 +31,14 @@ class NumberRange : public CLI::Range {
 
 struct CommonOptions {
   bool quiet = false;
-  bool verbose = false;
   OutputFormat format = OutputFormat::text;
 };
 
-// -q, -v, --format text|json, --version, -h, and the table of exit codes at the end of the help.
+// -q, --format text|json, --version, -h, and the table of exit codes at the end of the help.
 void add_common_options(CLI::App& app, CommonOptions& options);
 
 // Parses the arguments (each @FILE stands for the lines of FILE) and runs the body, which returns the exit code.
-// Wrong arguments end in exit code 1. No exception leaves. Without a word in the help, every program also takes
-// --print-man and --print-completion bash|zsh|fish, which the build calls (option_table.h says what they read).
+// Wrong arguments end in exit code 1. No exception leaves.
 int run_program(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 // The exit code for a batch: that of the only input, 0 if all are well, else 9.

@@ -1,8 +1,16 @@
 #include "bake_asset.h"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
+#include <climits>
+#include <cstring>
 #include <optional>
 #include <utility>
+
+#include <vcd/writer/atomic_file.h>
+#include <vcd/format/layout.h>
 
 #include "asset_summary.h"
 #include "common/paths.h"
@@ -15,11 +23,28 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// What keeps the sidecar from being written, as far as that can be known before the bake.
+std::optional<Error> check_output(const fs::path& output) {
+  std::error_code error;
+  fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
+  if (fs::is_directory(folder, error)) return AtomicFile(output, kSidecarBegin).fault();
+  const auto fault = [&](const std::string& reason) {
+    return Error{ErrorCode::io, shown(output) + ": cannot be written: " + reason};
+  };
+  for (const fs::path& name : output)
+    if (name.native().size() > NAME_MAX) return fault(std::generic_category().message(ENAMETOOLONG));
+  while (!fs::exists(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : ".";
+  if (!fs::is_directory(folder, error)) return fault(shown(folder) + " is not a folder");
+  if (access(folder.c_str(), W_OK | X_OK) != 0) return fault(shown(folder) + ": " + std::strerror(errno));
+  return std::nullopt;
+}
+
 class AssetBake {
  public:
   AssetBake(const Asset& asset, const BakeContext& context) : asset_(asset), context_(context), cache_(context.cache) {}
 
   Result<BakedAsset> run() {
+    if (auto unwritable = check_output(asset_.output)) return *std::move(unwritable);
     context_.on_stage("reading");
     auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest, context_.ingest);
     if (!ingested) return ingested.error();

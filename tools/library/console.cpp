@@ -22,7 +22,8 @@ std::string of(const BatchListener::Running& running) {
 
 class Console : public BatchListener {
  public:
-  explicit Console(const CommonOptions& options) : options_(options), line_("", options.quiet) {}
+  Console(const CommonOptions& options, bool verbose)
+      : options_(options), verbose_(verbose), line_("", options.quiet) {}
 
   void started(size_t assets, size_t to_bake) override { assets_ = assets, to_bake_ = to_bake; }
 
@@ -44,7 +45,7 @@ class Console : public BatchListener {
     for (const Json& note : record.outcome.report.value("notes", Json::array()))
       if (note.is_string()) print_note(note.get<std::string>());
     const Json& report = record.outcome.report;
-    if (assets_ == 1 || options_.verbose) {
+    if (assets_ == 1 || verbose_) {
       std::fputs(record.outcome.summary.c_str(), stdout);
     } else {
       std::printf("%s -> %s, %s, %s\n", shown(asset.input).c_str(), shown(asset.output).c_str(),
@@ -64,12 +65,15 @@ class Console : public BatchListener {
   }
 
   CommonOptions options_;
+  bool verbose_;
   ProgressLine line_;
   size_t assets_ = 0, to_bake_ = 0, failed_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<BatchListener> make_console(const CommonOptions& options) { return std::make_unique<Console>(options); }
+std::unique_ptr<BatchListener> make_console(const CommonOptions& options, bool verbose) {
+  return std::make_unique<Console>(options, verbose);
+}
 
 }  // namespace vcd

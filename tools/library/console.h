@@ -8,7 +8,8 @@
 
 namespace vcd {
 
-// Text goes to standard output, progress and errors to standard error; progress on a terminal only.
-std::unique_ptr<BatchListener> make_console(const CommonOptions& options);
+// Text goes to standard output, progress and errors to standard error; progress on a terminal only. verbose: the whole
+// summary of each asset, not one line.
+std::unique_ptr<BatchListener> make_console(const CommonOptions& options, bool verbose);
 
 }  // namespace vcd

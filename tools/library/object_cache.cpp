@@ -31,7 +31,7 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
   if (!file) return std::nullopt;
   const auto bytes = std::make_shared<const FileBytes>(std::move(*file));
   std::vector<Finding> findings;
-  auto read = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
+  auto read = read_sidecar(bytes->bytes(), CheckLevel::canonical, findings);
   if (!read) return std::nullopt;
   for (const auto& [key, value] : pairs)
     if (provenance_value(*read, key) != value) return std::nullopt;

@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 #include <vcd/format/file_bytes.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include "settings.h"
 

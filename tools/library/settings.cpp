@@ -2,6 +2,7 @@
 
 #include <map>
 
+#include "common/meshes.h"
 #include "common/method_options.h"
 #include "common/program.h"
 
@@ -25,6 +26,7 @@ Json BakeSettings::members() const {
   json["storage"] = storage == Storage::zstd ? "ship" : "raw";
   json["embed-geometry"] = bake.embed_geometry;
   json["all-as-opaque"] = ingest.treat_all_as_opaque;
+  if (ingest.files_outside) json["allow-outside-files"] = true;
   return json;
 }
 
@@ -57,6 +59,7 @@ void add_settings(CLI::App& app, BakeSettings& settings) {
                "Add the welded triangles, so that vc-verify can trace without the mesh file");
   app.add_flag("--all-as-opaque", settings.ingest.treat_all_as_opaque,
                "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
+  add_outside_files(app, settings.ingest);
 }
 
 Result<BakeSettings> changed(const BakeSettings& base, const Json& members) {

@@ -12,7 +12,7 @@ Standing standing_of(const Asset& asset) {
   const auto file = FileBytes::copy(asset.output);
   if (!file) return standing.reason = "its sidecar cannot be read", standing;
   std::vector<Finding> findings;
-  const auto contents = read_sidecar(file->bytes(), CheckLevel::full, findings);
+  const auto contents = read_sidecar(file->bytes(), CheckLevel::canonical, findings);
   if (!contents) return standing.reason = "its sidecar is damaged", standing;
   standing.reason = why_outdated(asset, *contents);
   if (!standing.up_to_date()) return standing;

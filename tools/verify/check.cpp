@@ -20,7 +20,7 @@ namespace {
 std::unique_ptr<MeshSource> source_of(const FoundFile& file, const SidecarContents& contents,
                                       const CheckOptions& options) {
   if (options.library) return against_library(*options.library, file, contents);
-  if (!options.against.empty()) return against_file(options.against, contents);
+  if (!options.against.empty()) return against_file(options.against, ingest_options_of(contents, options.ingest));
   return nullptr;
 }
 
@@ -78,7 +78,7 @@ void check_file(const FoundFile& file, const CheckOptions& options, Outcome& out
   const auto bytes = FileBytes::copy(file.path);
   if (!bytes) return outcome.add(IssueId::unreadable, bytes.error().code, "", reason(bytes.error(), file.path));
   std::vector<Finding> findings;
-  const auto contents = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
+  const auto contents = read_sidecar(bytes->bytes(), CheckLevel::canonical, findings);
   for (const Finding& finding : findings) outcome.add(finding);
   if (contents) check_objects(file, bytes->bytes(), *contents, options, outcome);
 }

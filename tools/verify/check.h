@@ -6,6 +6,7 @@
 #include <string>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/ingest.h>
 
 #include "library.h"
 #include "outcome.h"
@@ -15,6 +16,7 @@ namespace vcd::verify {
 struct CheckOptions {
   std::string against;             // a mesh file; or
   Library* library = nullptr;      // a library; or neither: embedded geometry is all there is
+  IngestOptions ingest;            // of what no sidecar says: files_outside
   std::optional<Segment> segment;  // asked and traced instead of an audit
   baker::AuditOptions audit;
   double max_wrong = -1;       // share of wrong answers that is accepted; negative: by method

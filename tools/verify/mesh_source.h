@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include <vcd/baker/ingest.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 
@@ -22,7 +23,7 @@ class MeshSource {
 };
 
 // One mesh file, read when it is first asked for.
-std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar);
+std::unique_ptr<MeshSource> against_file(const std::string& path, const IngestOptions& options);
 
 // Thrown where work ends early because the user wants it to.
 struct Interrupted {};

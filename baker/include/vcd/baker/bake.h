@@ -13,7 +13,7 @@
 #include <vcd/baker/plan.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/format/error.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 namespace vcd::baker {
 

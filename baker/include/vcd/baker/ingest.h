@@ -21,6 +21,9 @@ struct IngestOptions {
   // Read where the default scene's nodes put the meshes. Off: placements stays empty, and defects of nodes are without
   // consequence.
   bool placements = false;
+  // A mesh file may name others (the buffers of .gltf). By default these must lie in the mesh file's folder or below
+  // it, links followed, since a file from elsewhere could else have any file of this machine read, and its bytes baked.
+  bool files_outside = false;
 };
 
 // One mesh in one place.

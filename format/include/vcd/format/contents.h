@@ -30,7 +30,7 @@ struct ObjectContents {
   std::string_view name;
   TreeView tree;
   Bytes geometry;  // Draco bytes, empty where none are embedded
-  Bytes margins() const { return {reinterpret_cast<const std::byte*>(tree.margins), tree.margins ? kMarginBytes : 0}; }
+  Bytes margins() const { return {reinterpret_cast<const std::byte*>(tree.clearances), tree.clearances ? kClearanceBytes : 0}; }
 };
 
 // Everything points into the file's bytes, which the caller keeps alive and unchanged, or into `inflated`.

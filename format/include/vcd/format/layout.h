@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace vcd {
 
@@ -14,7 +15,8 @@ static_assert(std::endian::native == std::endian::little,
 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 2;  // written; files of version 1 are read too
+inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
+inline constexpr uint16_t kVersionMajor = 2;                            // written; files of version 1 are read too
 inline constexpr uint16_t kVersionMinor = 1;
 
 struct FileHeader {
@@ -48,11 +50,11 @@ constexpr bool is_known_section(uint32_t type) {
          type == kSectionGeometry || type == kSectionMargins;
 }
 
-// Each face of the box is divided into 16 × 16 squares, each of a byte: for how many grid units, in each of the three
-// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis
-// first.
-inline constexpr uint32_t kMarginSquares = 16;
-inline constexpr size_t kMarginBytes = 6 * kMarginSquares * kMarginSquares;
+// Clearances. Each face of the box is divided into 16 × 16 squares of a byte each: no triangle has a point that is
+// nearer than so many grid units, in each of the three coordinates, to a point of the square. Face by face; row-major,
+// the face's first axis first.
+inline constexpr uint32_t kClearanceSquares = 16;
+inline constexpr size_t kClearanceBytes = 6 * kClearanceSquares * kClearanceSquares;
 
 inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
 inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section

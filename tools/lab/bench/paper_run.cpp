@@ -1,0 +1,471 @@
+#include "paper_run.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+
+#include <vcd/baker/audit.h>
+#include <vcd/baker/measure.h>
+#include <vcd/writer/writer.h>
+
+#include "common/describe.h"
+#include "common/program.h"
+#include "common/progress.h"
+#include "kinds.h"
+#include "render/census.h"
+#include "render/false_colour.h"
+#include "render/sidecars.h"
+
+namespace vcd {
+using namespace baker;
+namespace {
+
+namespace fs = std::filesystem;
+constexpr const char* kUnclassified = "blank";  // its id in results that were measured already
+constexpr const char* kSingle = "bvh-single";   // ray by ray, as the paper's renderer traced
+
+struct OpenVariant {
+  std::string id;
+  WorldSidecars sidecars;
+  ShadowWays ways = {};
+};
+
+// The steps of one scene. Each asks its entry in the results what is there already.
+class SceneRun {
+ public:
+  SceneRun(const PaperRunOptions& options, const SceneRequest& request, Results& results)
+      : options_(options), request_(request), results_(results) {}
+
+  std::optional<Error> run() {
+    if (scene().contains("request") && scene()["request"] != describe_request())
+      return Error{ErrorCode::difference,
+                   request_.name + ": measured with other options: " + scene()["request"].dump() + " there, " +
+                       describe_request().dump() + " now; give it another name, or another folder with -o"};
+    scene()["request"] = describe_request();
+    scene()["status"] = "partial";
+    scene().erase("error");
+    add_measured_configurations();
+    auto world = load_world(request_.source, request_.options, options_.quiet);
+    if (!world) return world.error();
+    world_.emplace(std::move(*world));
+    describe_world();
+    for (const auto step : {&SceneRun::bake_all, &SceneRun::open_all, &SceneRun::count_all, &SceneRun::time_pictures,
+                            &SceneRun::time_kinds}) {
+      if (auto error = (this->*step)()) return error;
+      if (auto error = results_.save()) return error;
+    }
+    scene()["status"] = "complete";
+    return results_.save();
+  }
+
+ private:
+  Json& scene() { return results_.scene(request_.name); }
+  Json& variant(const std::string& id) { return Results::variant(scene(), id); }
+  fs::path sidecar_path(const std::string& id) const {
+    return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd");
+  }
+  std::string label(const std::string& what) const { return request_.name + ": " + what; }
+  Json describe_request() const {
+    const SceneOptions& o = request_.options;
+    const std::string& source = request_.source[0];
+    Json json{{"source", is_generated_scene(source) ? source : fs::path(source).filename().string()}};
+    if (source == "sierpinski") json["level"] = o.generated.level;
+    if (source == "hairball")
+      json.update({{"strands", o.generated.hairball.strands},
+                   {"segments", o.generated.hairball.segments},
+                   {"sides", o.generated.hairball.sides},
+                   {"seed", o.generated.hairball.seed}});
+    if (source == "forest")
+      json.update({{"instances", o.generated.forest.instances},
+                   {"species", o.generated.forest.species},
+                   {"leaves", o.generated.forest.leaves},
+                   {"seed", o.generated.forest.seed}});
+    if (!is_generated_scene(source)) json.update({{"up", std::string(1, o.up)}, {"turn", o.turn_degrees}});
+    return json;
+  }
+
+  // Trees of earlier runs stay in the comparison: all are timed together.
+  void add_measured_configurations() {
+    configurations_ = options_.configurations;
+    for (const Json& v : scene().value("variants", Json::array())) {
+      if (!v.contains("tree") || !v.contains("bake_seconds")) continue;
+      const auto c = Configuration::parse(v["tree"]);
+      if (c && std::none_of(configurations_.begin(), configurations_.end(),
+                            [&](const Configuration& o) { return o.id() == c->id(); }))
+        configurations_.push_back(*c);
+    }
+  }
+
+  Error stopped() const {
+    return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"};
+  }
+
+  void describe_world() {
+    Json& s = scene();
+    s["title"] = request_.name;
+    s["source"] =
+        is_generated_scene(request_.source[0]) ? "generated" : fs::path(request_.source[0]).filename().string();
+    s["triangles"] = world_->triangles();
+    s["objects"] = world_->objects.size();
+    s["instances"] = world_->instances.size();
+    s["placed_triangles"] = world_->placed_triangles();
+    s["lights"] = world_->lights.size();
+    if (s.contains("bvh")) return;  // measured by an earlier run
+    s["bvh"] = {{"build_seconds", world_->cost.build_seconds}, {"memory_bytes", world_->cost.memory_bytes}};
+  }
+
+  std::optional<Error> bake_all() {
+    std::error_code failed;
+    for (const char* folder : {"sidecars", "images"}) {
+      fs::create_directories(results_.folder() / folder, failed);
+      if (failed)
+        return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
+    }
+    for (const Configuration& c : configurations_) {
+      BakeOptions bake;
+      bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
+      variant(c.id())["tree"] = c.text();
+      if (auto error = bake_variant(c.id(), bake)) return error;
+    }
+    return write_unclassified(configurations_[0].depth);
+  }
+
+  std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
+    const fs::path path = sidecar_path(id);
+    if (variant(id).contains("bake_seconds") && fs::exists(path)) return std::nullopt;
+    std::optional<ProgressLine> line(std::in_place, label("baking " + id), options_.quiet);
+    bake.stop = interrupted;
+    bake.threads = options_.render.threads;
+    const auto baked =
+        bake_world(*world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
+    line.reset();
+    if (interrupted()) return stopped();
+    if (!baked) return baked.error();
+    Json& v = variant(id);
+    v["depth"] = bake.depth;
+    v["method"] = method_name(bake.method);
+    if (bake.method == Method::sampled) v["samples"] = bake.samples;
+    return describe_file(id, *baked);
+  }
+
+  std::optional<Error> write_unclassified(uint32_t depth) {
+    if (variant(kUnclassified).contains("bake_seconds") && fs::exists(sidecar_path(kUnclassified))) return std::nullopt;
+    std::vector<BakedObject> objects;
+    for (const WorldObject& object : world_->objects) objects.push_back(make_unclassified_object(object.mesh, depth));
+    const auto written = write_world(*world_, objects, sidecar_path(kUnclassified), interrupted);
+    if (interrupted()) return stopped();
+    if (!written) return written.error();
+    variant(kUnclassified)["depth"] = depth;
+    return describe_file(kUnclassified, {0, 0, *written});
+  }
+
+  std::optional<Error> describe_file(const std::string& id, const WorldBake& baked) {
+    Json& v = variant(id);
+    v["bake_seconds"] = baked.seconds;
+    v["bake_rays"] = baked.rays;
+    v["file_bytes"] = baked.file_bytes;
+    auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
+    if (!opened) return opened.error();
+    describe_trees(opened->objects, v);
+    if (auto error = measure_shipped(opened->files[0], id, v)) return error;
+    return results_.save();
+  }
+
+  static void describe_trees(const std::vector<Object>& objects, Json& v) {
+    uint64_t bytes = 0, unfolded = 0, folded = 0, shared = 0;
+    for (const Object& object : objects) {
+      const ObjectRecord& r = object.record();
+      bytes += tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
+      unfolded += 4 * r.nodes_unfolded, folded += 4 * r.nodes_folded, shared += 4 * r.nodes_shared;
+    }
+    v["memory_bytes"] = bytes;
+    v["nodes"] = {{"unfolded_bytes", unfolded}, {"folded_bytes", folded}, {"shared_bytes", shared}};
+  }
+
+  // What the file weighs when it is compressed as vc-bake --storage ship does it.
+  std::optional<Error> measure_shipped(const Sidecar& sidecar, const std::string& id, Json& v) {
+    SidecarToWrite ship;
+    ship.storage = Storage::zstd;
+    ship.stop = interrupted;
+    for (const ObjectContents& o : sidecar.contents().objects)
+      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.margins()});
+    const fs::path path = sidecar_path(id + "-ship");
+    const auto written = write_sidecar(path, ship);
+    if (interrupted()) return stopped();
+    if (!written) return written.error();
+    v["ship_bytes"] = *written;
+    std::error_code ignored;
+    fs::remove(path, ignored);
+    return std::nullopt;
+  }
+
+  std::optional<Error> open_all() {
+    std::vector<std::string> ids;
+    for (const Configuration& c : configurations_) ids.push_back(c.id());
+    ids.push_back(kUnclassified);
+    for (const std::string& id : ids) {
+      auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
+      if (!opened) return opened.error();
+      open_.push_back({id, std::move(*opened)});
+    }
+    if (!variant("bvh").contains("ways"))
+      variant("bvh")["ways"] = describe_ways(
+          fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
+    for (OpenVariant& v : open_) {
+      Json& ways = variant(v.id)["ways"];
+      if (ways.is_null())
+        ways = describe_ways(fastest_ways(*world_, options_.render, true,
+                                          [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
+      if (v.id == kUnclassified)  // what look-ups cost that never answer
+        for (Json& kind : ways) kind["look_up"] = true;
+      v.ways = ways_of(ways);
+    }
+    bvh_ways_ = ways_of(variant("bvh")["ways"]);
+    scene()["packets"] = {{"bvh", text_of(bvh_ways_)}, {"vcd", text_of(open_[open_.size() - 2].ways)}};
+    auto counter = TestCounter::build(*world_);
+    if (!counter) return counter.error();
+    counter_.emplace(std::move(*counter));
+    return std::nullopt;
+  }
+
+  static Json describe_ways(const ShadowWays& ways) {
+    Json json = Json::array();
+    for (size_t kind = 0; kind < ways.traced.size(); ++kind)
+      json.push_back({{"traced", name_of(ways.traced[kind])},
+                      {"left", name_of(ways.left[kind])},
+                      {"look_up", ways.policy.look_up(static_cast<From>(kind))}});
+    return json;
+  }
+  static ShadowWays ways_of(const Json& json) {
+    const auto named = [](const Json& name) {
+      for (const EmbreeQuery& query : all_packets(false))
+        if (name_of(query) == name) return query;
+      return EmbreeQuery{1};
+    };
+    ShadowWays ways;
+    for (size_t kind = 0; kind < ways.traced.size(); ++kind) {
+      ways.traced[kind] = named(json[kind]["traced"]), ways.left[kind] = named(json[kind]["left"]);
+      ways.policy.fix(static_cast<From>(kind),
+                      json[kind]["look_up"] ? LookUpPolicy::Use::always : LookUpPolicy::Use::never);
+    }
+    return ways;
+  }
+
+  std::unique_ptr<ShadowCaster> bvh_caster(const ShadowWays& ways) const {
+    return std::make_unique<BvhShadows>(*world_, ways);
+  }
+  std::unique_ptr<ShadowCaster> vcd_caster(const std::vector<Object>& objects, const ShadowWays& ways) const {
+    return std::make_unique<SidecarShadows>(*world_, objects, ways);
+  }
+
+  Result<Rendered> picture(const std::string& what, const MakeCaster& make) const {
+    ProgressLine line(label(what), options_.quiet);
+    RenderHooks hooks;
+    hooks.stop = interrupted;
+    hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
+    return render(*world_, options_.render, make, hooks);
+  }
+
+  // The BVH's picture first: all others are held against it.
+  std::optional<Error> count_all() {
+    const bool all_there = variant("bvh").contains("tests") &&
+                           std::all_of(open_.begin(), open_.end(),
+                                       [&](const OpenVariant& v) { return variant(v.id).contains("segments"); });
+    if (all_there) return std::nullopt;
+    if (auto error = count_bvh()) return error;
+    for (const OpenVariant& v : open_) {
+      if (variant(v.id).contains("segments")) continue;
+      if (auto error = count_variant(v)) return error;
+      if (auto error = results_.save()) return error;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Error> count_bvh() {
+    const size_t pixels = size_t{options_.render.width} * options_.render.height;
+    Census census(*world_, {}, *counter_, bvh_ways_.traced[0], pixels);
+    auto rendered = picture("counting, BVH", [&] { return census.caster(); });
+    if (!rendered) return stopped();
+    bvh_image_ = std::move(rendered->image);
+    const CensusPass pass = census.take();
+    tests_scale_ = scale_for(pass.pixel_tests);
+    Json& v = variant("bvh");
+    v["label"] = "BVH";
+    v["tests"] = pass.tests;
+    scene()["shadow_segments"] = pass.total().segments;
+    if (auto error = write_image(v, "bvh", "shaded", tone_mapped(bvh_image_))) return error;
+    return write_counts(v, "bvh", "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel");
+  }
+
+  std::optional<Error> count_variant(const OpenVariant& open) {
+    const size_t pixels = size_t{options_.render.width} * options_.render.height;
+    Census census(*world_, open.sidecars.objects, *counter_, bvh_ways_.traced[0], pixels);
+    const auto rendered = picture("counting, " + open.id, [&] { return census.caster(); });
+    if (!rendered) return stopped();
+    const CensusPass pass = census.take();
+    const KindCounts total = pass.total();
+    Json& v = variant(open.id);
+    v["tests"] = pass.tests;
+    v["fallback_segments"] = total.segments - total.resolved();
+    v["resolved_segments"] = total.resolved();
+    v["wrong"] = total.wrong;
+    v["wrong_resolved"] = total.wrong_answered;
+    v["wrong_rate"] = static_cast<double>(total.wrong) / static_cast<double>(std::max<uint64_t>(total.segments, 1));
+    v["wrong_bound_95"] = upper_bound_95(total.wrong, total.segments);
+    v["kinds"] = Json::array();
+    for (size_t k = 0; k < kSegmentKinds; ++k) {
+      if (pass.kinds[k].segments == 0) continue;
+      Json kind{{"kind", segment_kind_name(static_cast<SegmentKind>(k))}};
+      kind.update(describe_counts(pass.kinds[k]));
+      v["kinds"].push_back(kind);
+    }
+    const Difference difference = compare(bvh_image_, rendered->image);
+    v["rmse"] = difference.rmse;
+    v["max_difference"] = difference.maximum;
+    if (open.id == kUnclassified) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
+    const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples *
+                        static_cast<double>(world_->lights.size());
+    for (const auto& error :
+         {write_image(v, open.id, "shaded", tone_mapped(rendered->image)),
+          write_counts(v, open.id, "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel"),
+          write_counts(v, open.id, "fallback", pass.pixel_open, most, "shadow rays a pixel that needed the BVH"),
+          write_image(v, open.id, "difference", amplified_difference(bvh_image_, rendered->image, kAmplify))})
+      if (error) return error;
+    v["difference_factor"] = kAmplify;
+    v["segments"] = total.segments;  // last: it says that this step is done
+    return std::nullopt;
+  }
+
+  std::optional<Error> write_image(Json& v, const std::string& id, const char* view, const Image& image) {
+    const std::string name = "images/" + request_.name + "-" + id + "-" + view + ".png";
+    v["images"][view] = name;
+    return write_png(results_.folder() / name, image);
+  }
+  std::optional<Error> write_counts(Json& v, const std::string& id, const char* view, const std::vector<double>& counts,
+                                    double scale, const std::string& caption) {
+    return write_image(v, id, view,
+                       false_colour(counts, options_.render.width, options_.render.height, scale, caption));
+  }
+
+  // Whole pictures, every variant in turn, again and again.
+  std::optional<Error> time_pictures() {
+    std::vector<std::string> ids = {"bvh", kSingle};
+    for (const OpenVariant& v : open_) ids.push_back(v.id);
+    if (std::all_of(ids.begin(), ids.end(),
+                    [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
+      return std::nullopt;
+    std::vector<std::vector<double>> whole(ids.size()), shadow(ids.size());
+    for (int r = 0; r < options_.repetitions; ++r)
+      for (size_t i = 0; i < ids.size(); ++i) {
+        const auto rendered = picture(
+            "timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i],
+            [&] {
+              return i == 0   ? bvh_caster(bvh_ways_)
+                     : i == 1 ? bvh_caster(EmbreeQuery{1})
+                              : vcd_caster(open_[i - 2].sidecars.objects, open_[i - 2].ways);
+            });
+        if (!rendered) return stopped();
+        whole[i].push_back(rendered->seconds);
+        shadow[i].push_back(rendered->shadow_seconds);
+      }
+    variant(kSingle)["label"] = "BVH, ray by ray";
+    for (size_t i = 0; i < ids.size(); ++i) {
+      variant(ids[i])["render_seconds"] = describe_seconds(summarize(ids[i], whole[i]), 1);
+      variant(ids[i])["shadow_seconds"] = describe_seconds(summarize(ids[i], shadow[i]), 1);
+    }
+    return std::nullopt;
+  }
+
+  std::optional<Error> time_kinds() {
+    if (kinds_are_timed()) return std::nullopt;
+    RenderSettings sparse = options_.render;  // one camera ray for sixteen: enough segments, and all kinds of them
+    sparse.pixel_samples = std::max(1u, sparse.pixel_samples / 16);
+    std::array<uint64_t, kSegmentKinds> all{};
+    const auto kinds = split_by_kind(*world_, record(*world_, sparse), options_.segments_of_kind, all);
+    std::vector<SidecarVariant> variants;
+    for (const OpenVariant& v : open_)
+      if (v.id != kUnclassified) variants.push_back({v.id, &v.sidecars.objects, v.ways});
+    Json measured = Json::array();
+    for (size_t k = 0; k < kSegmentKinds; ++k) {
+      if (kinds[k].segment_count() == 0) continue;
+      if (interrupted()) return stopped();
+      ProgressLine line(label("timing, " + std::string(segment_kind_name(static_cast<SegmentKind>(k)))),
+                        options_.quiet);
+      line.update({static_cast<double>(k) / kSegmentKinds, kinds[k].segment_count(), 0});
+      measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_,
+                                      bvh_ways_.traced[0], options_.repetitions));
+      measured.back()["share"] =
+          static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
+    }
+    scene()["kinds"] = measured;
+    return std::nullopt;
+  }
+
+  bool kinds_are_timed() {
+    if (!scene().contains("kinds")) return false;
+    for (const Json& kind : scene()["kinds"])
+      for (const OpenVariant& v : open_)
+        if (v.id != kUnclassified &&
+            std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
+          return false;
+    return true;
+  }
+
+  static constexpr float kAmplify = 20;
+
+  const PaperRunOptions& options_;
+  const SceneRequest& request_;
+  Results& results_;
+  std::optional<World> world_;
+  std::vector<Configuration> configurations_;
+  std::vector<OpenVariant> open_;
+  std::optional<TestCounter> counter_;
+  ShadowWays bvh_ways_;
+  Image bvh_image_;
+  double tests_scale_ = 1;
+};
+
+}  // namespace
+
+std::optional<Configuration> Configuration::parse(const std::string& text) {
+  const size_t cross = text.find('x');
+  if (cross != 1 || text[0] < '1' || text[0] > '8') return std::nullopt;
+  const std::string kind = text.substr(cross + 1);
+  Configuration c{static_cast<uint32_t>(text[0] - '0'), Method::sampled, 256};
+  if (kind == "proven" || kind == "hybrid") {
+    c.method = kind == "proven" ? Method::proven : Method::hybrid, c.samples = 0;
+    return c;
+  }
+  for (uint32_t samples : {16, 81, 256})
+    if (kind == std::to_string(samples)) return c.samples = samples, c;
+  return std::nullopt;
+}
+
+std::string Configuration::text() const {
+  return std::to_string(depth) + "x" + (method == Method::sampled ? std::to_string(samples) : method_name(method));
+}
+
+std::string Configuration::id() const {
+  return "d" + std::to_string(depth) + "-" +
+         (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
+}
+
+std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
+  std::vector<int> codes;
+  for (const SceneRequest& request : options.scenes) {
+    SceneRun scene(options, request, results);
+    const auto error = scene.run();
+    codes.push_back(error ? exit_code(error->code) : kExitOk);
+    if (!error) continue;
+    print_error(error->message);
+    if (!interrupted()) {
+      results.scene(request.name)["status"] = "failed";
+      results.scene(request.name)["error"] = error->message;
+    }
+    if (const auto unsaved = results.save()) print_error(unsaved->message);
+    if (interrupted()) break;
+  }
+  return codes;
+}
+
+}  // namespace vcd

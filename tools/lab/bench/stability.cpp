@@ -1,0 +1,226 @@
+#include "stability.h"
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include <vcd/baker/bake.h>
+#include <vcd/baker/referee.h>
+#include <vcd/baker/tracer.h>
+#include <vcd/runtime/sidecar.h>
+#include <vcd/writer/atomic_file.h>
+
+#include "common/describe.h"
+#include "machine.h"
+
+namespace vcd {
+using namespace baker;
+
+struct StabilityMesh {
+  PreparedMesh mesh;
+  Referee referee;
+  Tracer fast, robust;
+  std::vector<AlignedBytes> files;
+  std::vector<Sidecar> sidecars;  // proven, hybrid, sampled, and hybrid by proofs alone
+};
+
+namespace {
+
+Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
+  auto prepared = prepare(std::move(source));
+  if (!prepared) return prepared.error();
+  auto fast = Tracer::build(prepared->positions, prepared->triangles, TraceMode::fast);
+  auto robust = Tracer::build(prepared->positions, prepared->triangles, TraceMode::robust);
+  if (!fast || !robust) return fast ? robust.error() : fast.error();
+  Referee referee(*prepared);
+  StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}};
+  for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
+    BakeOptions options;
+    options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
+    const auto baked = bake(made.mesh, options);
+    if (!baked) return baked.error();
+    SidecarToWrite file;
+    file.objects = {baked->to_write()};
+    auto bytes = sidecar_bytes(file);
+    if (!bytes) return bytes.error();
+    made.files.push_back(std::move(*bytes));
+  }
+  for (size_t i : {0, 1, 2, 1}) {
+    auto opened = Sidecar::open_buffer({made.files[i].data.get(), made.files[i].size},
+                                       {.proven_only = made.sidecars.size() == 3});
+    if (!opened) return opened.error();
+    made.sidecars.push_back(std::move(*opened));
+  }
+  return made;
+}
+
+StabilityPoint ask(const StabilityMesh& subject, const SegmentMaker& maker, uint64_t rays, uint64_t seed) {
+  StabilityPoint point;
+  point.rays = rays;
+  Random random(seed);
+  std::vector<Segment> segments(rays);
+  for (Segment& segment : segments) segment = maker(subject.mesh, random);
+  std::vector<uint8_t> truth(rays);
+  subject.referee.occluded(segments, truth);
+  for (uint64_t i = 0; i < rays; ++i) {
+    const bool blocked = truth[i] != 0;
+    point.blocked += blocked;
+    const auto is_wrong = [&](Visibility answer) {
+      return answer != Visibility::unclassified && (answer == Visibility::blocked) != blocked;
+    };
+    for (size_t m = 0; m < 3; ++m) {
+      const Visibility answer = subject.sidecars[m].object(0).classify(segments[i]);
+      point.counts[m].resolved += answer != Visibility::unclassified;
+      point.counts[m].wrong += is_wrong(answer);
+    }
+    point.wrong_proven += is_wrong(subject.sidecars[3].object(0).classify(segments[i]));
+    point.counts[3].wrong += subject.fast.occluded(segments[i]) != blocked;
+    point.counts[4].wrong += subject.robust.occluded(segments[i]) != blocked;
+  }
+  point.counts[3].resolved = point.counts[4].resolved = rays;
+  return point;
+}
+
+SegmentMaker from_boxes_away(double boxes) {
+  return [boxes](const PreparedMesh& mesh, Random& random) { return through_the_box(mesh, random, boxes); };
+}
+
+}  // namespace
+
+std::vector<StabilitySweep> stability_sweeps(bool quick) {
+  const uint64_t rays = quick ? 2000 : 20000;
+  const auto powers = [&](int first, int last) {
+    std::vector<double> values;
+    for (int e = first; e <= last; e += quick ? std::max(1, (last - first) / 3) : std::max(1, (last - first) / 12))
+      values.push_back(std::pow(10.0, e));
+    return values;
+  };
+  const auto sphere = [] { return stability_sphere(); };
+  std::vector<StabilitySweep> sweeps;
+  const auto sweep = [&](const char* id, const char* title, const char* parameter,
+                         const char* scale) -> StabilitySweep& {
+    sweeps.push_back({id, title, parameter, scale, {}});
+    return sweeps.back();
+  };
+
+  StabilitySweep& origin = sweep("origin-distance", "The origin far away", "distance of the origin, boxes", "log");
+  for (double d : powers(0, 7))
+    origin.points.push_back(
+        {d, origin.points.empty() ? std::function<SourceMesh()>(sphere) : nullptr, from_boxes_away(d), rays});
+
+  StabilitySweep& far =
+      sweep("mesh-distance", "The mesh far from its frame's origin", "distance of the mesh, its own sizes", "log");
+  for (double d : powers(0, 7)) {
+    const auto x = static_cast<float>(d);
+    far.points.push_back({d,
+                          [x] {
+                            return shifted(stability_sphere(), {2 * x, -x, 0.5f * x});
+                          },
+                          from_boxes_away(2), rays});
+  }
+  StabilitySweep& aspect = sweep("aspect", "A flat box", "extent of the box along x and y over that along z", "log");
+  for (double d : powers(0, 6)) {
+    const auto z = static_cast<float>(1 / d);
+    aspect.points.push_back({d, [z] { return scaled(stability_sphere(), {1, 1, z}); }, from_boxes_away(2), rays});
+  }
+  StabilitySweep& sliver = sweep("slivers", "Needle triangles", "length over width of the triangles", "log");
+  for (double d : powers(0, 7)) {
+    const auto a = static_cast<float>(d);
+    sliver.points.push_back({d, [a] { return stability_slivers(300, a); }, segment_kinds()[6].second, rays});
+  }
+  StabilitySweep& scale = sweep("scale", "Very small and very large meshes", "size of the mesh", "log");
+  for (double d : powers(-30, 30)) {
+    const auto f = static_cast<float>(d);
+    scale.points.push_back({d, [f] { return scaled(stability_sphere(), {f, f, f}); }, from_boxes_away(2), rays});
+  }
+  StabilitySweep& kinds = sweep("segments", "Special segments", "how segments are drawn", "category");
+  for (const auto& [name, maker] : segment_kinds())
+    kinds.points.push_back({name, kinds.points.empty() ? std::function<SourceMesh()>(sphere) : nullptr, maker, rays});
+  StabilitySweep& meshes = sweep("meshes", "Kinds of meshes, lines at their edges", "mesh", "category");
+  for (const auto& [name, mesh] : stability_kinds(quick ? 2000 : 1000000))
+    meshes.points.push_back({name, [copy = mesh] { return copy; }, segment_kinds()[6].second, rays});
+  return sweeps;
+}
+
+void run_sweep(const StabilitySweep& sweep, uint32_t depth,
+               const std::function<void(size_t, const StabilityPoint&)>& visit) {
+  std::optional<StabilityMesh> subject;
+  std::string refused;
+  for (size_t i = 0; i < sweep.points.size() && !interrupted(); ++i) {
+    const StabilitySweep::Point& p = sweep.points[i];
+    if (p.mesh) {
+      subject.reset();
+      auto made = make_mesh(p.mesh(), depth);
+      if (made) subject.emplace(std::move(*made));
+      refused = made ? "" : made.error().message;
+    }
+    StabilityPoint point;
+    if (subject) point = ask(*subject, p.segment, p.rays, 77 + i);
+    point.refused = refused;
+    visit(i, point);
+  }
+}
+
+int run_stability(const StabilityOptions& options, const std::string& command, OutputFormat format) {
+  std::error_code failed;
+  std::filesystem::create_directories(options.folder, failed);
+  if (failed) return print_error(options.folder + ": cannot be made: " + failed.message()), exit_code(ErrorCode::io);
+  catch_interruptions();
+  Json all{{"tool", "vc-bench stability"},
+           {"version", VCD_VERSION},
+           {"command", command},
+           {"machine", describe_machine()},
+           {"depth", options.depth}};
+  all["methods"] = kStabilityMethods;
+  all["sweeps"] = Json::array();
+  uint64_t wrong_proofs = 0;
+  for (const StabilitySweep& sweep : stability_sweeps(options.quick)) {
+    Json json{{"id", sweep.id},
+              {"title", sweep.title},
+              {"parameter", sweep.parameter},
+              {"scale", sweep.scale},
+              {"points", Json::array()}};
+    if (format == OutputFormat::text)
+      std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %8s %8s\n", sweep.title.c_str(),
+                  options.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked", "proven", "hybrid",
+                  "256 samples", "Embree", "ROBUST");
+    run_sweep(sweep, options.depth, [&](size_t i, const StabilityPoint& p) {
+      wrong_proofs += p.counts[0].wrong + p.wrong_proven;
+      Json point{{"x", sweep.points[i].x}, {"rays", p.rays}, {"blocked", p.blocked}, {"results", Json::object()}};
+      const std::string x =
+          sweep.points[i].x.is_string() ? sweep.points[i].x.get<std::string>() : sweep.points[i].x.dump();
+      if (!p.refused.empty()) {
+        for (size_t m = 0; m < 3; ++m) point["refused"][kStabilityMethods[m]] = p.refused;
+        if (format == OutputFormat::text) std::printf("  %-22s refused: %s\n", x.c_str(), p.refused.c_str());
+      } else {
+        for (size_t m = 0; m < kStabilityMethodCount; ++m)
+          point["results"][kStabilityMethods[m]] = {{"wrong", p.counts[m].wrong}, {"resolved", p.counts[m].resolved}};
+        const auto cell = [](const StabilityCounts& c) {
+          return std::to_string(c.wrong) + " of " + std::to_string(c.resolved);
+        };
+        if (format == OutputFormat::text)
+          std::printf("  %-22s %8llu %8llu %16s %16s %16s %8llu %8llu\n", x.c_str(),
+                      static_cast<unsigned long long>(p.rays), static_cast<unsigned long long>(p.blocked),
+                      cell(p.counts[0]).c_str(), cell(p.counts[1]).c_str(), cell(p.counts[2]).c_str(),
+                      static_cast<unsigned long long>(p.counts[3].wrong),
+                      static_cast<unsigned long long>(p.counts[4].wrong));
+        std::fflush(stdout);
+      }
+      json["points"].push_back(point);
+    });
+    all["sweeps"].push_back(json);
+  }
+  if (interrupted()) return print_error("interrupted"), exit_code(ErrorCode::runtime);
+  const std::string text = all.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  AtomicFile file(std::filesystem::path(options.folder) / "stability.json");
+  file.append(std::as_bytes(std::span(text)));
+  if (const auto written = file.commit(); !written)
+    return print_error(written.error().message), exit_code(written.error().code);
+  if (format == OutputFormat::json) print_json(all);
+  if (wrong_proofs > 0)
+    return print_error(std::to_string(wrong_proofs) + " proven answers are wrong"), exit_code(ErrorCode::difference);
+  return kExitOk;
+}
+
+}  // namespace vcd
