@@ -94,6 +94,7 @@ AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answer
     const uint64_t lines = lines_of(kind, options.lines);
     std::vector<Batch> batches((lines + kBatch - 1) / kBatch);
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      if (options.stop && options.stop()) return;
       batches[b] = audit.run(kind, options.seed * 1000003 + b, std::min(kBatch, lines - b * kBatch));
     });
     for (const Batch& batch : batches) {

@@ -3,11 +3,11 @@
 
 #include <cstdint>
 
-#include <vcd/baker/prepare.h>
 #include <vcd/baker/sampled.h>
 #include <vcd/baker/tracer.h>
 
 #include "classify/cell_classifier.h"
+#include "prepare/grid_mesh.h"
 
 namespace vcd {
 
@@ -19,8 +19,8 @@ struct ProvenOptions {
 
 class ProvenClassifier : public CellClassifier {
  public:
-  // The tracer holds the mesh in grid units, and outlives this.
-  ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options);
+  // mesh and its tracer outlive this.
+  ProvenClassifier(const GridMesh& mesh, const Tracer& tracer, const ProvenOptions& options);
 
   uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 

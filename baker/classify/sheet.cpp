@@ -7,9 +7,7 @@ namespace vcd {
 
 Surface::Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
                  std::vector<uint32_t> neighbour)
-    : vertices_(positions.begin(), positions.end()),
-      triangles_(triangles.begin(), triangles.end()),
-      neighbour_(std::move(neighbour)) {}
+    : vertices_(positions), triangles_(triangles), neighbour_(std::move(neighbour)) {}
 
 void Surface::Flood::begin(size_t triangles) {
   stamps_.resize(triangles);

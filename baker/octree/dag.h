@@ -41,4 +41,7 @@ class DagBuilder {
   BrickPool bricks_;
 };
 
+// The tree of a depth in which every cell is unclassified.
+TreeArrays unclassified_tree(uint32_t depth);
+
 }  // namespace vcd

@@ -15,7 +15,6 @@ using OctreeProgress = std::function<void(uint64_t done, uint64_t total, uint64_
 struct Octree {
   TreeArrays tree;
   uint64_t rays = 0;
-  double seconds_above = 0;  // for the cells above the top table, which are classified first
 };
 
 // threads: 0 for all. Nothing if source.stop stopped it. Memory: up to three times the tree's while its arrays grow,

@@ -1,7 +1,5 @@
 #include "subtree.h"
 
-#include <vcd/format/tree.h>
-
 namespace vcd {
 namespace {
 
@@ -59,9 +57,8 @@ class Builder {
 }  // namespace
 
 Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace) {
-  const TreeShape shape = tree_shape(source.depth);
   Subtree subtree;
-  subtree.bricks.resize(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)));
+  subtree.bricks.resize(bricks_below_top(tree_shape(source.depth)));
   Builder(source, workspace, subtree).visit(top, value);
   return subtree;
 }

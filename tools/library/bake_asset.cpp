@@ -9,12 +9,10 @@
 #include <optional>
 #include <utility>
 
-#include <vcd/format/atomic_file.h>
 #include <vcd/format/layout.h>
-#include <vcd/runtime/sidecar.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "asset_summary.h"
-#include "common/audit_report.h"
 #include "common/paths.h"
 #include "making.h"
 #include "object_cache.h"
@@ -23,36 +21,6 @@ namespace vcd {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An
-// error if a proof is wrong: then nothing may be written.
-std::optional<Error> audit_object(const BakeSettings& settings, const PreparedMesh& mesh, BakedObject& object) {
-  if (settings.audit_lines == 0 || object.record.method == static_cast<uint8_t>(Method::none)) return std::nullopt;
-  SidecarToWrite alone;
-  alone.objects = {object.to_write()};
-  const auto bytes = sidecar_bytes(alone);
-  if (!bytes) return bytes.error();
-  const Bytes file(bytes->data.get(), bytes->size);
-  const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
-  if (!all || !proven) return all ? proven.error() : all.error();
-  const AuditReport report =
-      audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), {.lines = settings.audit_lines});
-  const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
-  if (undirected.wrong_proven + aimed.wrong_proven > 0) {
-    std::string segments;
-    for (const Contradiction& c : report.contradictions)
-      if (c.proven) segments += " --segment=" + replayable(c.segment);
-    return Error{
-        ErrorCode::difference,
-        "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
-            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
-  }
-  ObjectRecord& record = object.record;
-  record.audit_lines[0] = undirected.segments, record.audit_lines[1] = aimed.segments;
-  record.audit_wrong[0] = undirected.all_wrong(), record.audit_wrong[1] = aimed.all_wrong();
-  record.audit_bound_95 = static_cast<float>(upper_bound_95(undirected.all_wrong(), undirected.segments));
-  return std::nullopt;
-}
 
 // What keeps the sidecar from being written, as far as that can be known before the bake.
 std::optional<Error> check_output(const fs::path& output) {
@@ -102,7 +70,6 @@ class AssetBake {
 
   // From the mesh to its object: known already, or baked.
   Result<FinishedObject> finish(SourceMesh&& source) {
-    const std::string place = source.name.empty() ? "" : printable(source.name) + ": ";
     context_.on_stage("preparing " + printable(source.name));
     const auto mesh = prepare(std::move(source));
     if (!mesh) return fault(mesh.error().code, mesh.error().message);
@@ -113,12 +80,12 @@ class AssetBake {
     BakeOptions options = asset_.settings.bake_options();
     options.threads = context_.threads;
     options.progress = context_.on_progress;
+    options.on_pass = [&](BakePass pass) {
+      if (pass == BakePass::audit) context_.on_stage("auditing " + printable(mesh->name));
+    };
     context_.on_stage("baking " + printable(mesh->name));
     auto baked = bake(*mesh, options);
     if (!baked) return fault(baked.error().code, baked.error().message);
-    context_.on_stage("auditing " + printable(mesh->name));
-    if (const auto wrong = audit_object(asset_.settings, *mesh, *baked))
-      return fault(wrong->code, place + wrong->message);
     if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write()))
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.baked = std::move(*baked);

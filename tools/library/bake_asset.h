@@ -25,8 +25,8 @@ struct BakedAsset {
   std::vector<SourceFile> sources;
 };
 
-// Errors name the input: those of ingest_isolated, prepare, bake and write_sidecar; difference (an audit found a wrong
-// proof); io (a source file changed meanwhile). Then nothing is written.
+// Errors name the input: those of ingest_isolated, prepare, bake and write_sidecar; io (a source file changed
+// meanwhile). Then nothing is written.
 Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context);
 
 }  // namespace vcd

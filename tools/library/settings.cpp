@@ -11,6 +11,7 @@ BakeOptions BakeSettings::bake_options() const {
   BakeOptions options = bake;
   options.depth = depth == "auto" ? 0 : static_cast<uint32_t>(depth[0] - '0');
   options.budget_bytes = static_cast<uint64_t>(budget_mb * 1048576);
+  options.audit_lines = audit_lines;
   return options;
 }
 

@@ -23,7 +23,7 @@ struct BakeSettings {
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
 
-  BakeOptions bake_options() const;  // depth and budget filled in
+  BakeOptions bake_options() const;  // depth, budget and audit filled in
 
   // All of them, as changed() takes them. Two settings with the same members make the same sidecar of the same mesh.
   Json members() const;

@@ -36,7 +36,7 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}};
   for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
     BakeOptions options;
-    options.method = method, options.depth = depth;
+    options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
     const auto baked = bake(made.mesh, options);
     if (!baked) return baked.error();
     SidecarToWrite file;

@@ -30,24 +30,30 @@ Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::s
 Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
                              const std::function<void(const WorldObject&, const BakeProgress&)>& progress) {
   std::vector<BakedObject> baked;
-  SidecarToWrite file;
   WorldBake sum;
   for (const WorldObject& object : world.objects) {
     BakeOptions here = options;
     here.progress = [&](const BakeProgress& p) { progress(object, p); };
+    here.audit_lines = kQuickAuditLines;
     auto result = bake(object.mesh, here);
     if (!result) return Error{result.error().code, object.source + ": " + result.error().message};
     sum.seconds += result->seconds;
     sum.rays += result->rays;
     baked.push_back(std::move(*result));
   }
-  for (const BakedObject& object : baked) file.objects.push_back(object.to_write());
-  file.provenance = {{"baker", "vcd " VCD_VERSION}, {"source", world.name}};
-  file.stop = options.stop;
-  const auto written = write_sidecar(path, file);
+  const auto written = write_world(world, baked, path, options.stop);
   if (!written) return written.error();
   sum.file_bytes = *written;
   return sum;
+}
+
+Result<uint64_t> write_world(const World& world, const std::vector<BakedObject>& baked,
+                             const std::filesystem::path& path, const std::function<bool()>& stop) {
+  SidecarToWrite file;
+  for (const BakedObject& object : baked) file.objects.push_back(object.to_write());
+  file.provenance = {{"baker", "vcd " VCD_VERSION}, {"source", world.name}};
+  file.stop = stop;
+  return write_sidecar(path, file);
 }
 
 }  // namespace vcd

@@ -1,11 +1,12 @@
-// Margins against the mesh itself, and what segments that begin or end in them are answered.
-#include "prepare/margins.h"
+// Clearances against the mesh itself, and what segments that begin or end in them are answered.
+#include "prepare/clearances.h"
 
 #include <cmath>
 #include <set>
 
 #include <gtest/gtest.h>
 
+#include <vcd/baker/measure.h>
 #include <vcd/baker/referee.h>
 #include <vcd/format/line_cell.h>
 #include <vcd/runtime/sidecar.h>
@@ -44,12 +45,12 @@ double distance(uint32_t face, uint32_t i, uint32_t j, const std::array<double, 
   return std::max({face % 2 ? 256 - p[normal] : p[normal], outside(p[first], 16.0 * i), outside(p[second], 16.0 * j)});
 }
 
-TEST(Margins, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
+TEST(Clearances, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
   if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   for (SourceMesh source : {sphere(24, 48), leaves(60), triangle()}) {
     const auto mesh = prepare(std::move(source));
     ASSERT_TRUE(mesh.ok());
-    const auto margins = margins_of(*mesh);
+    const auto clearances = clearances_of(GridMesh(*mesh));
     const auto points = points_on(*mesh, mesh->triangles.size() < 10 ? 20000 : 200);
     uint64_t positive = 0;
     for (uint32_t face = 0; face < 6; ++face)
@@ -57,18 +58,18 @@ TEST(Margins, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
         for (uint32_t j = 0; j < kClearanceSquares; ++j) {
           double nearest = 1e9;
           for (const auto& p : points) nearest = std::min(nearest, distance(face, i, j, p));
-          const double margin = margins[margin_square(face, 16 * i, 16 * j)];
-          if (margin > 0) {
-            EXPECT_GT(nearest, margin + 0.1) << face << " " << i << " " << j;
+          const double clearance = clearances[margin_square(face, 16 * i, 16 * j)];
+          if (clearance > 0) {
+            EXPECT_GT(nearest, clearance + 0.1) << face << " " << i << " " << j;
           }
-          EXPECT_GT(margin, std::min(nearest, 255.0) - 17) << face << " " << i << " " << j;
-          positive += margin > 0;
+          EXPECT_GT(clearance, std::min(nearest, 255.0) - 17) << face << " " << i << " " << j;
+          positive += clearance > 0;
         }
     EXPECT_GT(positive, 200u) << mesh->name;
   }
 }
 
-TEST(Margins, LetSegmentsBeginAndEndInThem) {
+TEST(Clearances, LetSegmentsBeginAndEndInThem) {
   BakeOptions options;
   options.method = Method::proven, options.depth = kSanitized ? 3 : 4;
   const BakedObject baked = must_bake(sphere(24, 48), options);
@@ -119,7 +120,7 @@ TEST(Margins, LetSegmentsBeginAndEndInThem) {
 }
 
 // As no mesh has them, but a file may.
-TEST(Margins, ThatOverlapNeverBlockAnEmptySegment) {
+TEST(Clearances, ThatOverlapNeverBlockAnEmptySegment) {
   const BakedObject baked = must_bake(sphere(), quick(3));
   const std::vector<uint8_t> margins(kClearanceBytes, 200);
   SidecarToWrite contents;
@@ -141,13 +142,12 @@ TEST(Margins, ThatOverlapNeverBlockAnEmptySegment) {
   }
 }
 
-TEST(Margins, AreOnlyKeptWhereSomethingIsBlocked) {
-  EXPECT_EQ(must_bake(sphere(), quick(3)).tree().margins != nullptr, true);
+TEST(Clearances, AreOnlyKeptWhereSomethingIsBlocked) {
+  EXPECT_EQ(must_bake(sphere(), quick(3)).tree().clearances != nullptr, true);
   BakeOptions options;
   options.method = Method::none;
-  EXPECT_EQ(must_bake(sphere(), options).tree().margins, nullptr);
-  options.method = Method::hybrid, options.blank = true, options.depth = 3;
-  EXPECT_EQ(must_bake(sphere(), options).tree().margins, nullptr);
+  EXPECT_EQ(must_bake(sphere(), options).tree().clearances, nullptr);
+  EXPECT_EQ(make_unclassified_object(*prepare(sphere()), 3).tree().clearances, nullptr);
 }
 
 }  // namespace

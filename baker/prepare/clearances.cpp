@@ -1,4 +1,4 @@
-#include "prepare/margins.h"
+#include "prepare/clearances.h"
 
 #include <algorithm>
 #include <cmath>
@@ -89,23 +89,22 @@ std::vector<double> distances(const Depths& depths) {
 
 }  // namespace
 
-std::array<uint8_t, kClearanceBytes> margins_of(const PreparedMesh& mesh) {
+std::vector<uint8_t> clearances_of(const GridMesh& mesh) {
   std::array<Depths, 6> depths;
   for (Depths& map : depths) map.assign(size_t{kMap} * kMap, std::numeric_limits<double>::infinity());
-  const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
-  for (const auto& triangle : mesh.triangles) {
-    Corners corners;
-    for (size_t c = 0; c < 3; ++c)
-      for (int a = 0; a < 3; ++a)
-        corners[c][static_cast<size_t>(a)] = to_grid(frame, a, mesh.positions[triangle[c]][static_cast<size_t>(a)]);
-    add(corners, depths);
+  for (const TriangleIndices& t : mesh.triangles()) {
+    const auto corner = [&](size_t c) {
+      const Position& p = mesh.positions[t[c]];
+      return Vec{p[0], p[1], p[2]};
+    };
+    add({corner(0), corner(1), corner(2)}, depths);
   }
-  std::array<uint8_t, kClearanceBytes> margins;
-  auto* next = margins.data();
+  std::vector<uint8_t> clearances;
+  clearances.reserve(kClearanceBytes);
   for (const Depths& map : depths)
     for (const double free : distances(map))
-      *next++ = static_cast<uint8_t>(std::clamp(free - kMarginSlack, 0.0, 255.0));
-  return margins;
+      clearances.push_back(static_cast<uint8_t>(std::clamp(free - kClearanceSlack, 0.0, 255.0)));
+  return clearances;
 }
 
 }  // namespace vcd
