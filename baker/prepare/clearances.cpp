@@ -62,8 +62,8 @@ void add(const Corners& t, std::array<Depths, 6>& depths) {
   }
 }
 
-// Along one axis of a face, from one of kClearanceSquares squares: the nearest of all places of the map, of which place k
-// is away at(k) in the other coordinates. Away is the largest of the three coordinates.
+// Along one axis of a face, from one of kClearanceSquares squares: the nearest of all places of the map, of which place
+// k is away at(k) in the other coordinates. Away is the largest of the three coordinates.
 template <class At>
 double nearest_along(int square, const At& at) {
   constexpr int kSide = kMap / static_cast<int>(kClearanceSquares);

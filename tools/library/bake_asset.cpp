@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include <vcd/writer/atomic_file.h>
 #include <vcd/format/layout.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "asset_summary.h"
 #include "common/paths.h"
