@@ -62,11 +62,11 @@ void add(const Corners& t, std::array<Depths, 6>& depths) {
   }
 }
 
-// Along one axis of a face, from one of kMarginSquares squares: the nearest of all places of the map, of which place k
+// Along one axis of a face, from one of kClearanceSquares squares: the nearest of all places of the map, of which place k
 // is away at(k) in the other coordinates. Away is the largest of the three coordinates.
 template <class At>
 double nearest_along(int square, const At& at) {
-  constexpr int kSide = kMap / static_cast<int>(kMarginSquares);
+  constexpr int kSide = kMap / static_cast<int>(kClearanceSquares);
   const int low = square * kSide, high = low + kSide - 1;
   double nearest = std::numeric_limits<double>::infinity();
   for (int k = 0; k < kMap; ++k)
@@ -74,9 +74,9 @@ double nearest_along(int square, const At& at) {
   return nearest;
 }
 
-// Of each square of kMarginSquares, row-major, from all that the map shows: along the rows, then across them.
+// Of each square of kClearanceSquares, row-major, from all that the map shows: along the rows, then across them.
 std::vector<double> distances(const Depths& depths) {
-  constexpr int kSquares = kMarginSquares;
+  constexpr int kSquares = kClearanceSquares;
   std::vector<double> along, both;
   for (int k = 0; k < kMap; ++k)
     for (int j = 0; j < kSquares; ++j)
@@ -89,7 +89,7 @@ std::vector<double> distances(const Depths& depths) {
 
 }  // namespace
 
-std::array<uint8_t, kMarginBytes> margins_of(const PreparedMesh& mesh) {
+std::array<uint8_t, kClearanceBytes> margins_of(const PreparedMesh& mesh) {
   std::array<Depths, 6> depths;
   for (Depths& map : depths) map.assign(size_t{kMap} * kMap, std::numeric_limits<double>::infinity());
   const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
@@ -100,7 +100,7 @@ std::array<uint8_t, kMarginBytes> margins_of(const PreparedMesh& mesh) {
         corners[c][static_cast<size_t>(a)] = to_grid(frame, a, mesh.positions[triangle[c]][static_cast<size_t>(a)]);
     add(corners, depths);
   }
-  std::array<uint8_t, kMarginBytes> margins;
+  std::array<uint8_t, kClearanceBytes> margins;
   auto* next = margins.data();
   for (const Depths& map : depths)
     for (const double free : distances(map))

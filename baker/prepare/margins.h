@@ -12,7 +12,7 @@ namespace vcd {
 // For each square of each face, as the MARG section has them: the whole number of grid units, at most 255, such that
 // the mesh keeps at least so far, and kMarginSlack more, from every point of the square in one of the three
 // coordinates.
-std::array<uint8_t, kMarginBytes> margins_of(const PreparedMesh& mesh);
+std::array<uint8_t, kClearanceBytes> margins_of(const PreparedMesh& mesh);
 
 // Covers what line → cell and the comparison of t lose (the guard band's 0.05), and the rounding of vertices to the
 // grid.

@@ -53,8 +53,8 @@ TEST(Margins, AreKeptByTheMeshAndNotMuchSmallerThanTheyCouldBe) {
     const auto points = points_on(*mesh, mesh->triangles.size() < 10 ? 20000 : 200);
     uint64_t positive = 0;
     for (uint32_t face = 0; face < 6; ++face)
-      for (uint32_t i = 0; i < kMarginSquares; ++i)
-        for (uint32_t j = 0; j < kMarginSquares; ++j) {
+      for (uint32_t i = 0; i < kClearanceSquares; ++i)
+        for (uint32_t j = 0; j < kClearanceSquares; ++j) {
           double nearest = 1e9;
           for (const auto& p : points) nearest = std::min(nearest, distance(face, i, j, p));
           const double margin = margins[margin_square(face, 16 * i, 16 * j)];
@@ -121,10 +121,10 @@ TEST(Margins, LetSegmentsBeginAndEndInThem) {
 // As no mesh has them, but a file may.
 TEST(Margins, ThatOverlapNeverBlockAnEmptySegment) {
   const BakedObject baked = must_bake(sphere(), quick(3));
-  const std::vector<uint8_t> margins(kMarginBytes, 200);
+  const std::vector<uint8_t> margins(kClearanceBytes, 200);
   SidecarToWrite contents;
   contents.objects = {baked.to_write()};
-  contents.objects[0].margins = std::as_bytes(std::span(margins));
+  contents.objects[0].clearance = std::as_bytes(std::span(margins));
   const auto bytes = sidecar_bytes(contents);
   for (const std::string& kernel : kernels()) {
     OpenOptions open;

@@ -59,7 +59,7 @@ struct TreeView {
   uint64_t brick_count = 0;
   bool has_clear = true;             // false: the object record counts no clear cell, so looking for one is skipped
   bool has_blocked = true;           // likewise, of the classes that count as blocked
-  const uint8_t* margins = nullptr;  // kMarginBytes bytes, 4-byte aligned; null: none are known
+  const uint8_t* margins = nullptr;  // kClearanceBytes bytes, 4-byte aligned; null: none are known
   uint32_t blocked_answers = kProvenAnswers;  // or kAllAnswers: statistically blocked cells are blocked
 
   // Two bits a class: XORed to "unclassified" they give "blocked".
@@ -102,7 +102,7 @@ inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[c
 
 // Where a line that meets the box enters and leaves it: which of the squares of `margins`.
 inline uint32_t margin_square(uint32_t face, uint32_t first, uint32_t second) {
-  return face * kMarginSquares * kMarginSquares + (first >> 4) * kMarginSquares + (second >> 4);
+  return face * kClearanceSquares * kClearanceSquares + (first >> 4) * kClearanceSquares + (second >> 4);
 }
 
 // Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is
