@@ -126,7 +126,7 @@ TEST(Clearances, ThatOverlapNeverBlockAnEmptySegment) {
   const std::vector<uint8_t> margins(kClearanceBytes, 200);
   SidecarToWrite contents;
   contents.objects = {baked.to_write()};
-  contents.objects[0].margins = std::as_bytes(std::span(margins));
+  contents.objects[0].clearance = std::as_bytes(std::span(margins));
   const auto bytes = sidecar_bytes(contents);
   for (const std::string& kernel : kernels()) {
     OpenOptions open;

@@ -54,7 +54,7 @@ CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_pt
 
 ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
   ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry,
-                       contents().margins()};
+                       contents().clearance};
   object.record.source_index = source_index;
   return object;
 }

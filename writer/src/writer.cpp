@@ -1,6 +1,7 @@
 #include <vcd/writer/writer.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -107,6 +108,16 @@ Section make_section(uint32_t type, uint32_t flags, uint32_t object, std::vector
   return section;
 }
 
+// What is wrong with the contents; null if nothing is that is looked at before they are written.
+const char* fault_of(const SidecarToWrite& contents) {
+  for (const auto& [key, value] : contents.provenance)
+    if (!is_utf8(key)) return "a key of the provenance is not UTF-8";
+  for (const ObjectToWrite& object : contents.objects)
+    if (!object.clearance.empty() && object.clearance.size() != kClearanceBytes)
+      return "the clearance of an object is not of kClearanceBytes bytes";
+  return nullptr;
+}
+
 // All bytes of a file, in place or ready to be made.
 class Layout {
  public:
@@ -157,11 +168,14 @@ bool Layout::make(const SidecarToWrite& contents) {
   sections_.push_back(make_section(kSectionProvenance, 0, kNone, {provenance_}));
   for (uint32_t i = 0; i < contents.objects.size(); ++i) {
     const ObjectToWrite& object = contents.objects[i];
-    records_[i].tree_section = static_cast<uint32_t>(sections_.size());
-    sections_.push_back(make_section(kSectionTree, kSectionCritical, i, object.tree));
-    if (!object.margins.empty()) sections_.push_back(make_section(kSectionMargins, 0, i, {object.margins}));
-    records_[i].geometry_section = object.geometry.empty() ? kNone : static_cast<uint32_t>(sections_.size());
-    if (!object.geometry.empty()) sections_.push_back(make_section(kSectionGeometry, 0, i, {object.geometry}));
+    const auto add = [&](uint32_t type, uint32_t flags, std::vector<Bytes> pieces) {
+      sections_.push_back(make_section(type, flags, i, std::move(pieces)));
+      return static_cast<uint32_t>(sections_.size() - 1);
+    };
+    const bool has_tree = object.record.method != static_cast<uint8_t>(Method::none);
+    records_[i].tree_section = has_tree ? add(kSectionTree, kSectionCritical, object.tree) : kNone;
+    if (!object.clearance.empty()) add(kSectionClearance, 0, {object.clearance});
+    records_[i].geometry_section = object.geometry.empty() ? kNone : add(kSectionGeometry, 0, {object.geometry});
   }
   for (const OptionalSection& other : contents.others) {
     sections_.push_back(make_section(other.entry.type, other.entry.flags, other.entry.object, {other.logical}));
@@ -191,6 +205,7 @@ bool Layout::make(const SidecarToWrite& contents) {
 }  // namespace
 
 std::vector<Bytes> tree_pieces(const TreeView& tree) {
+  assert(tree.top[tree.shape.top_words()] == 0);
   const auto piece = [](const void* data, uint64_t size) { return Bytes(static_cast<const std::byte*>(data), size); };
   return {piece(tree.top, tree.shape.top_bytes()), piece(tree.blocks256, tree.block256_count * kBlock256Words * 4),
           piece(tree.blocks16, tree.block16_count * kBlock16Words * 4),
@@ -198,6 +213,7 @@ std::vector<Bytes> tree_pieces(const TreeView& tree) {
 }
 
 Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) try {
+  if (const char* fault = fault_of(contents)) return Error{ErrorCode::usage, path.string() + ": " + fault};
   const Error stopped{ErrorCode::runtime, path.string() + ": stopped"};
   Layout layout;
   if (!layout.make(contents)) return stopped;
@@ -216,6 +232,7 @@ Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarT
 }
 
 Result<AlignedBytes> sidecar_bytes(const SidecarToWrite& contents) try {
+  if (const char* fault = fault_of(contents)) return Error{ErrorCode::usage, fault};
   Layout layout;
   if (!layout.make(contents)) return Error{ErrorCode::runtime, "stopped"};
   AlignedBytes file = allocate_aligned(layout.size());

@@ -14,8 +14,8 @@ using Bytes = std::span<const std::byte>;
 enum class CheckLevel : uint8_t {
   bounds,     // header, tables and every index. Damage to the cells themselves is not noticed.
   checksums,  // and every checksum: the bytes are those that were written. For renderers.
-  canonical,  // and everything else that vcd-format.md demands of the bytes: padding, classes, counts of cells and nodes,
-              // no block twice or unused. For writers and validators: costs some ten times as much as checksums.
+  canonical,  // and everything else that vcd-format.md demands of the bytes: padding, classes, counts of cells and
+              // nodes, no block twice or unused. For writers and validators: costs some ten times as much as checksums.
 };
 
 }  // namespace vcd
