@@ -14,6 +14,8 @@ Result<PreparedMesh> prepare(SourceMesh&& source) {
   PreparedMesh mesh;
   mesh.name = std::move(source.name);
   mesh.source_index = source.source_index;
+  mesh.shift = source.shift;
+  mesh.left_out = source.left_out;
   const auto place = [&] { return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\""; };
   weld(std::move(source), mesh);
   if (mesh.triangles.empty())

@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 std::map<std::string, std::string> object_making(const BakeSettings& settings) {
   Json members = settings.members();
   members.erase("storage");        // how the file is stored
-  members.erase("all-as-opaque");  // decides which triangles there are
+  for (const char* name : {"all-as-opaque", "allow-outside-files", "allow-rounding", "shift"})
+    members.erase(name);  // decides which triangles there are
   return {{"baker", baker_text()}, {"settings", members.dump()}};
 }
 
