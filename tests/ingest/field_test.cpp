@@ -205,7 +205,7 @@ TEST_F(Field, WhatIsNoMeshIsToldByItsName) {
 TEST_F(Field, MalformedJsonIsToldWithItsPlaceAndReason) {
   expect_invalid("a.gltf", "{\"asset\": {\"version\": \"2.0\"},\n\"meshes\": [1,]}", {"the JSON is malformed: line 2, column 14: ", "unexpected ']'"});
   expect_invalid("a.gltf", "{\"asset\":\n\n  NaN}", {"line 3, column 3: ", "invalid literal"});
-  expect_invalid("a.gltf", "{\"a\": \"caf\xE9\"}", {"line 1, column 11: ", "ill-formed UTF-8"});
+  expect_invalid("a.gltf", "{\"a\": \"caf\xE9\"}", {"line 1, column 12: ", "ill-formed UTF-8"});
   expect_invalid("a.gltf", "{\"a\": 1e999}", {"the JSON is malformed: ", "1e999"});
   expect_invalid("a.gltf", "{\"a\"", {"line 1, column 5: ", "unexpected end of input"});
   expect_error("a.gltf", std::string("\xFF\xFE{\0", 4), ErrorCode::unsupported, {"UTF-16"});

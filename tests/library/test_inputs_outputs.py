@@ -89,5 +89,17 @@ class NamedFiles(Case):
             self.assertEqual(done.returncode != 0, bool(code), done.stdout + done.stderr)
 
 
+class Inputs(Case):
+    def test_lists_with_a_byte_order_mark_and_folders_with_brackets(self):
+        self.mesh("lib [v2]/a.obj")
+        listed = self.folder / "list"
+        listed.write_bytes(b"\xef\xbb\xbf" + str(self.library / "lib [v2]" / "a.obj").encode() + b"\r\n")
+        self.bake(f"@{listed}")
+        self.bake(self.library / "lib [v2]" / "*.obj")
+        listed.write_bytes("a.obj".encode("utf-16"))
+        self.assertIn("UTF-16", self.bake(f"@{listed}", code=1).stderr)
+        self.assertIn("-: meshes are not read from standard input", self.bake("-", code=1).stderr)
+
+
 if __name__ == "__main__":
     unittest.main()
