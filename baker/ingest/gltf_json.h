@@ -23,8 +23,8 @@ struct GltfFailure {
 // A name from the file, quoted for a message: control characters become spaces, long names are cut.
 std::string quoted(const std::string& name);
 
-// A JSON object and the words that name it in messages ("accessor 3"). A property that is null counts as absent. Refers to the document; copy it
-// freely.
+// A JSON object and the words that name it in messages ("accessor 3"). A property that is null counts as absent. Refers
+// to the document; copy it freely.
 class GltfObject {
  public:
   GltfObject(const nlohmann::json& value, std::string place);  // throws unless it is an object

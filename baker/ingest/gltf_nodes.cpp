@@ -115,7 +115,7 @@ class NodeReader {
   struct Node {
     std::optional<uint32_t> parent;
     bool in_scene = false;
-    bool lost = false;  // hangs on a cycle
+    bool lost = false;            // hangs on a cycle
     Matrix to_scene = kIdentity;  // once it and its ancestors have been read
   };
 

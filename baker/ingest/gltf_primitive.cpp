@@ -65,7 +65,8 @@ GltfPositions::GltfPositions(const GltfDocument& document, GltfBuffers& buffers)
     for (const nlohmann::json& primitive : mesh["primitives"]) {
       if (!primitive.is_object() || !primitive.contains(position)) continue;
       const nlohmann::json& accessor = primitive[position];
-      if (accessor.is_number_unsigned() && accessor.get<uint64_t>() <= UINT32_MAX) ++uses_left_[accessor.get<uint32_t>()];
+      if (accessor.is_number_unsigned() && accessor.get<uint64_t>() <= UINT32_MAX)
+        ++uses_left_[accessor.get<uint32_t>()];
     }
   }
 }

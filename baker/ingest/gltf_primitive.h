@@ -19,8 +19,8 @@ enum class GltfMode : uint32_t { points, lines, line_loop, line_strip, triangles
 GltfMode mode_of(const GltfObject& primitive);
 bool makes_triangles(GltfMode mode);
 
-// The positions of accessors, checked to be finite. Accessors that several primitives use are read once and kept until the
-// last of them: files in which many small meshes share one would else cost the square of their size.
+// The positions of accessors, checked to be finite. Accessors that several primitives use are read once and kept until
+// the last of them: files in which many small meshes share one would else cost the square of their size.
 class GltfPositions {
  public:
   GltfPositions(const GltfDocument& document, GltfBuffers& buffers);
@@ -41,8 +41,8 @@ class GltfMeshBuilder {
   GltfMeshBuilder(const GltfDocument& document, GltfBuffers& buffers, GltfPositions& positions)
       : document_(document), buffers_(buffers), positions_(positions) {}
 
-  // Appends a primitive whose mode makes triangles and which has a POSITION. Returns what about it is odd and was passed
-  // over, one clause each: trailing indices that form no triangle, counts that a Draco stream contradicts.
+  // Appends a primitive whose mode makes triangles and which has a POSITION. Returns what about it is odd and was
+  // passed over, one clause each: trailing indices that form no triangle, counts that a Draco stream contradicts.
   // Throws GltfFailure where anything that decides on the triangles is broken: non-finite positions, indices
   // out of range, and whatever accessors, views, buffers and their compression may lack.
   std::vector<std::string> append(const GltfObject& primitive);

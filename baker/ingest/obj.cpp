@@ -18,7 +18,7 @@ constexpr std::string_view kSilent[] = {"vt",     "vn",  "g",      "o",      "s"
 
 // Statements of numbers, which a '\' at the end of a line continues on the next. Elsewhere it belongs to a name
 // ("mtllib C:\models\") or to a remark, and joining the next line would swallow a vertex or a face.
-constexpr std::string_view kContinued[] = {"v",    "vt",   "vn",    "vp",   "p",    "l",    "f",  "fo",  "curv",
+constexpr std::string_view kContinued[] = {"v",     "vt",   "vn",   "vp",   "p",    "l",    "f",  "fo",  "curv",
                                            "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "bmat"};
 
 bool goes_on(std::string_view line) { return line.ends_with('\\') && line.find('#') == std::string_view::npos; }

@@ -48,9 +48,7 @@ void PlyTextCursor::end_element() {
   if (long_lines_++ == 0) first_long_line_ = lines_.number();
 }
 
-std::string PlyTextCursor::coordinate(PlyScalar, Coordinate& value) {
-  return parse_coordinate(words_.next(), value);
-}
+std::string PlyTextCursor::coordinate(PlyScalar, Coordinate& value) { return parse_coordinate(words_.next(), value); }
 
 std::string PlyTextCursor::integer(PlyScalar, int64_t& value) {
   const std::string_view word = words_.next();

@@ -47,7 +47,8 @@ Rounding rounding_of(const PolygonSoup& soup) {
   for (const uint32_t corner : soup.corners) {
     if (corner >= soup.positions.size()) continue;  // check_ingested() says so
     const Position& p = soup.positions[corner];
-    for (size_t axis = 0; axis < 3; ++axis) low[axis] = std::min(low[axis], p[axis]), high[axis] = std::max(high[axis], p[axis]);
+    for (size_t axis = 0; axis < 3; ++axis)
+      low[axis] = std::min(low[axis], p[axis]), high[axis] = std::max(high[axis], p[axis]);
     if (!soup.roundings.empty()) rounding.most = std::max<double>(rounding.most, soup.roundings[corner]);
   }
   for (size_t axis = 0; axis < 3; ++axis) {

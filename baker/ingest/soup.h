@@ -16,7 +16,7 @@ namespace vcd {
 
 // Polygons as a file states them.
 struct PolygonSoup {
-  std::array<double, 3> shift{};   // subtracted from every coordinate before it is rounded to a float
+  std::array<double, 3> shift{};  // subtracted from every coordinate before it is rounded to a float
   std::vector<Position> positions;
   std::vector<float> roundings;    // how far each position lies from what the file says; empty while all are exact
   std::vector<uint32_t> corners;   // indices into positions, face after face

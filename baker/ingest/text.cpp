@@ -80,7 +80,8 @@ std::string parse_coordinate(std::string_view word, Coordinate& value) {
   const bool wide = error == std::errc() && end == number.data() + number.size();
   if (wide) value.nearest = static_cast<float>(value.value);
   // Rounded twice, a number may come out as another float if its double lies midway between two.
-  const double below = value.nearest, above = std::nextafter(value.nearest, value.value > below ? HUGE_VALF : -HUGE_VALF);
+  const double below = value.nearest,
+               above = std::nextafter(value.nearest, value.value > below ? HUGE_VALF : -HUGE_VALF);
   if (!wide || !std::isfinite(above) || value.value - below == above - value.value) {
     const std::optional<float> parsed = parse_float(word);
     if (!parsed) return in_quotes(word) + " is not a number";

@@ -17,8 +17,10 @@ struct Kind {
 };
 
 constexpr Kind kBinary[] = {
-    {"version https://git-lfs.github.com/spec/"sv, "is a Git LFS pointer, not the file itself (git lfs pull fetches it)"},
-    {"version https://hawser.github.com/spec/"sv, "is a Git LFS pointer, not the file itself (git lfs pull fetches it)"},
+    {"version https://git-lfs.github.com/spec/"sv,
+     "is a Git LFS pointer, not the file itself (git lfs pull fetches it)"},
+    {"version https://hawser.github.com/spec/"sv,
+     "is a Git LFS pointer, not the file itself (git lfs pull fetches it)"},
     {"/annex/objects/"sv, "is a git-annex pointer, not the file itself (git annex get fetches it)"},
     {"\x1F\x8B"sv, "is compressed with gzip; unpack it first"},
     {"PK\x03\x04"sv, "is a zip archive; unpack it first"},

@@ -15,9 +15,9 @@ namespace vcd {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
-// source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements (array) and the sources (count; for
-// each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its items as they are in
-// memory.
+// source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements (array) and
+// the sources (count; for each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its
+// items as they are in memory.
 static_assert(sizeof(Placement) == 13 * 4, "no padding, whose bytes would be anyone's");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
 constexpr uint64_t kEnd = 0x646E'4573'6873'656D;

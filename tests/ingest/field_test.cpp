@@ -19,8 +19,8 @@ class Field : public MeshFiles {
 TEST_F(Field, ABackslashThatEndsARemarkOrANameContinuesNothing) {
   const std::string plain = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
   const auto expected = soup_of(read("a.obj", plain).meshes[0]);
-  for (const char* ending : {"# C:\\", "o C:\\a\\", "g C:\\", "usemtl C:\\", "mtllib C:\\", "usemap C:\\", "maplib C:\\",
-                             "shadow_obj C:\\", "nobody_knows C:\\"}) {
+  for (const char* ending : {"# C:\\", "o C:\\a\\", "g C:\\", "usemtl C:\\", "mtllib C:\\", "usemap C:\\",
+                             "maplib C:\\", "shadow_obj C:\\", "nobody_knows C:\\"}) {
     std::string text = plain;
     text.insert(text.find("v 1 1"), std::string(ending) + "\n");
     EXPECT_EQ(soup_of(read("a.obj", text).meshes[0]), expected) << ending;
@@ -28,7 +28,8 @@ TEST_F(Field, ABackslashThatEndsARemarkOrANameContinuesNothing) {
   std::string text = plain;
   text.insert(text.find("\nv 1 1"), " # as in C:\\");
   EXPECT_EQ(soup_of(read("a.obj", text).meshes[0]), expected);
-  EXPECT_EQ(soup_of(read("a.obj", "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 # \\\nf 1 3 4\n").meshes[0]), expected);
+  EXPECT_EQ(soup_of(read("a.obj", "v 0 0 \\\n0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 \\\n3 # \\\nf 1 3 4\n").meshes[0]),
+            expected);
 }
 
 TEST_F(Field, MeshesThatShareAnAccessorCostWhatTheyUse) {
@@ -36,7 +37,8 @@ TEST_F(Field, MeshesThatShareAnAccessorCostWhatTheyUse) {
   GltfBuilder builder;
   std::vector<Position> positions;
   for (size_t i = 0; i < kMeshes; ++i)
-    for (int corner = 0; corner < 8; ++corner) positions.push_back({float(i) + corner % 2, float(corner / 2), float(i % 7)});
+    for (int corner = 0; corner < 8; ++corner)
+      positions.push_back({float(i) + corner % 2, float(corner / 2), float(i % 7)});
   const size_t accessor = builder.add_positions(positions);
   for (uint32_t i = 0; i < kMeshes; ++i)
     builder.add_mesh({GltfBuilder::primitive(accessor, builder.add_indices<uint32_t>({8 * i, 8 * i + 1, 8 * i + 2}))});
@@ -53,18 +55,21 @@ std::string house(double far) {
   std::string text;
   for (int i = 0; i < 8; ++i) {
     char line[120];
-    std::snprintf(line, sizeof line, "v %.3f %.3f %.3f\n", far / 10 + (i & 1) * 8.15, far + (i & 2) * 4.13, (i & 4) * 1.6);
+    std::snprintf(line, sizeof line, "v %.3f %.3f %.3f\n", far / 10 + (i & 1) * 8.15, far + (i & 2) * 4.13,
+                  (i & 4) * 1.6);
     text += line;
   }
-  return text + "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
+  return text +
+         "f 1 3 4\nf 1 4 2\nf 5 6 8\nf 5 8 7\nf 1 2 6\nf 1 6 5\nf 3 7 8\nf 3 8 4\nf 1 5 7\nf 1 7 3\nf 2 4 8\nf 2 8 6\n";
 }
 
 TEST_F(Field, CoordinatesThatFloatsCannotHoldAreNotedOrRefused) {
   EXPECT_TRUE(read("a.obj", house(0)).notes.empty());
   EXPECT_TRUE(read("a.obj", house(500)).notes.empty());
   EXPECT_TRUE(any_note_has(read("a.obj", house(20000)), "32-bit floats move them by up to"));
-  expect_error("a.obj", house(5654321.12), ErrorCode::unsupported,
-               {"32-bit floats move them by up to 0.", "at an extent of 8.", "--shift 565436,5654325,3", "--allow-rounding"});
+  expect_error(
+      "a.obj", house(5654321.12), ErrorCode::unsupported,
+      {"32-bit floats move them by up to 0.", "at an extent of 8.", "--shift 565436,5654325,3", "--allow-rounding"});
   EXPECT_TRUE(any_note_has(*ingest(write("a.obj", house(5654321.12)), {.coarse = true}), "32-bit floats move them"));
 }
 
@@ -82,14 +87,18 @@ TEST_F(Field, AShiftIsSubtractedBeforeCoordinatesAreRounded) {
 }
 
 TEST_F(Field, DoublesOfPlyAndWordsOfStlAndOffAreMeasuredToo) {
-  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
-                    "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
+  std::string ply =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
+      "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
   for (const double value : {5e6 + 0.1, 0.0, 0.0, 5e6 + 1.2, 0.0, 0.0, 5e6 + 0.1, 1.0, 0.0}) ply += bytes_of(value);
   ply += bytes_of(uint8_t{3}) + bytes_of(0) + bytes_of(1) + bytes_of(2);
   expect_error("a.ply", ply, ErrorCode::unsupported, {"32-bit floats"});
-  expect_error("a.off", "OFF\n3 1 0\n5000000.1 0 0\n5000001.2 0 0\n5000000.1 1 0\n3 0 1 2\n", ErrorCode::unsupported, {"32-bit floats"});
-  expect_error("a.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 5000000.1 0 0\nvertex 5000001.2 0 0\n"
-                        "vertex 5000000.1 1 0\nendloop\nendfacet\nendsolid a\n", ErrorCode::unsupported, {"32-bit floats"});
+  expect_error("a.off", "OFF\n3 1 0\n5000000.1 0 0\n5000001.2 0 0\n5000000.1 1 0\n3 0 1 2\n", ErrorCode::unsupported,
+               {"32-bit floats"});
+  expect_error("a.stl",
+               "solid a\nfacet normal 0 0 1\nouter loop\nvertex 5000000.1 0 0\nvertex 5000001.2 0 0\n"
+               "vertex 5000000.1 1 0\nendloop\nendfacet\nendsolid a\n",
+               ErrorCode::unsupported, {"32-bit floats"});
 }
 
 TEST_F(Field, VerticesThatNoFaceUsesAreNotMeasured) {
@@ -98,15 +107,19 @@ TEST_F(Field, VerticesThatNoFaceUsesAreNotMeasured) {
 
 TEST_F(Field, DecimalsMidwayBetweenFloatsAreRoundedOnce) {
   // 1 + 2^-24, the middle between 1 and the float above it, and decimals so near to it that their doubles are it.
-  const Ingested ingested = read("a.obj", "v 1.000000059604644775390625 1.00000005960464477539062500001 1.0000000596046447753906249\n"
-                                          "v 0 0 0\nv 0 1 0\nf 1 2 3\n");
+  const Ingested ingested =
+      read("a.obj",
+           "v 1.000000059604644775390625 1.00000005960464477539062500001 1.0000000596046447753906249\n"
+           "v 0 0 0\nv 0 1 0\nf 1 2 3\n");
   EXPECT_EQ(ingested.meshes[0].positions[0], (Position{1.0f, 1.00000012f, 1.0f}));
 }
 
 TEST_F(Field, PolygonsThatAreNotPlaneAreCounted) {
-  const std::string bent = "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\nv 2 0 0\nv 2 1 0\nf 2 5 6\nv 3 0 0.00001\nv 3 1 0\nf 5 7 8 6\n";
+  const std::string bent =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0.1\nv 0 1 0\nf 1 2 3 4\nv 2 0 0\nv 2 1 0\nf 2 5 6\nv 3 0 0.00001\nv 3 1 0\nf 5 7 8 6\n";
   const Ingested ingested = read("a.obj", bent);
-  EXPECT_TRUE(any_note_has(ingested, "1 face (the first is number 0, counted from 0) of 3 not plane")) << ingested.notes.size();
+  EXPECT_TRUE(any_note_has(ingested, "1 face (the first is number 0, counted from 0) of 3 not plane"))
+      << ingested.notes.size();
   // A convex polygon is a fan from its first corner: the rule in spec/conventions.md.
   EXPECT_EQ(ingested.meshes[0].triangles[0], (TriangleIndices{0, 1, 2}));
   EXPECT_EQ(ingested.meshes[0].triangles[1], (TriangleIndices{0, 2, 3}));
@@ -135,8 +148,9 @@ TEST_F(Field, SurfacesThatLetLightThroughByAnyExtensionAreLeftOut) {
 }
 
 TEST_F(Field, GlassThatAnAnimationTurnsOnIsLeftOut) {
-  for (const char* target : {"/materials/0/extensions/KHR_materials_transmission/transmissionFactor",
-                             "/materials/1/extensions/KHR_materials_transmission/transmissionFactor", "/materials/0/emissiveFactor"}) {
+  for (const char* target :
+       {"/materials/0/extensions/KHR_materials_transmission/transmissionFactor",
+        "/materials/1/extensions/KHR_materials_transmission/transmissionFactor", "/materials/0/emissiveFactor"}) {
     GltfBuilder builder = square_file();
     json glass = builder.document["meshes"][0]["primitives"][0];
     glass["material"] = 0;
@@ -144,8 +158,11 @@ TEST_F(Field, GlassThatAnAnimationTurnsOnIsLeftOut) {
     builder.document["materials"] = {{{"extensions", {{"KHR_materials_transmission", {{"transmissionFactor", 0}}}}}}};
     builder.document["extensionsUsed"] = {"KHR_animation_pointer", "KHR_materials_transmission"};
     builder.document["animations"] = {
-        {{"channels", {{{"sampler", 0}, {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", target}}}}}}}}}}}};
-    EXPECT_EQ(read_gltf(builder).meshes[0].left_out.not_opaque, std::string(target).find("/0/ext") != std::string::npos ? 1u : 0u);
+        {{"channels",
+          {{{"sampler", 0},
+            {"target", {{"path", "pointer"}, {"extensions", {{"KHR_animation_pointer", {{"pointer", target}}}}}}}}}}}};
+    EXPECT_EQ(read_gltf(builder).meshes[0].left_out.not_opaque,
+              std::string(target).find("/0/ext") != std::string::npos ? 1u : 0u);
   }
 }
 
@@ -153,7 +170,8 @@ TEST_F(Field, PartsWithoutAVertexCostANote) {
   GltfBuilder builder = square_file();
   const size_t none = builder.add_accessor(std::nullopt, float_type, "VEC3", 0);
   builder.add_mesh({GltfBuilder::primitive(none)}, "empty");
-  builder.add_mesh({GltfBuilder::primitive(0, builder.add_accessor(std::nullopt, uint16_type, "SCALAR", 0))}, "no index");
+  builder.add_mesh({GltfBuilder::primitive(0, builder.add_accessor(std::nullopt, uint16_type, "SCALAR", 0))},
+                   "no index");
   builder.add_mesh({}, "no primitive");
   const Ingested ingested = read_gltf(builder);
   for (const char* name : {"\"empty\" omitted", "\"no index\" omitted", "\"no primitive\" omitted"})
@@ -186,8 +204,7 @@ TEST_F(Field, WhatIsNoMeshIsToldByItsName) {
       {std::string("\x1F\x8B\x08\0", 4), "is compressed with gzip"},
       {"PK\x03\x04", "is a zip archive"}};
   for (const auto& [bytes, what] : files)
-    for (const std::string& extension : mesh_extensions())
-      expect_invalid("a." + extension, bytes, {what});
+    for (const std::string& extension : mesh_extensions()) expect_invalid("a." + extension, bytes, {what});
   // The header of a binary STL file is anyone's.
   std::string stl = files[0].first;
   stl.resize(80);
@@ -203,7 +220,8 @@ TEST_F(Field, WhatIsNoMeshIsToldByItsName) {
 }
 
 TEST_F(Field, MalformedJsonIsToldWithItsPlaceAndReason) {
-  expect_invalid("a.gltf", "{\"asset\": {\"version\": \"2.0\"},\n\"meshes\": [1,]}", {"the JSON is malformed: line 2, column 14: ", "unexpected ']'"});
+  expect_invalid("a.gltf", "{\"asset\": {\"version\": \"2.0\"},\n\"meshes\": [1,]}",
+                 {"the JSON is malformed: line 2, column 14: ", "unexpected ']'"});
   expect_invalid("a.gltf", "{\"asset\":\n\n  NaN}", {"line 3, column 3: ", "invalid literal"});
   expect_invalid("a.gltf", "{\"a\": \"caf\xE9\"}", {"line 1, column 12: ", "ill-formed UTF-8"});
   expect_invalid("a.gltf", "{\"a\": 1e999}", {"the JSON is malformed: ", "1e999"});
@@ -212,9 +230,15 @@ TEST_F(Field, MalformedJsonIsToldWithItsPlaceAndReason) {
 }
 
 TEST_F(Field, HeadersOfPlyMayEndTheirLinesInAnyMixture) {
-  const std::vector<std::string> lines = {"ply", "format binary_little_endian 1.0", "element vertex 3", "property float x",
-                                          "property float y", "property float z", "element face 1",
-                                          "property list uchar int vertex_indices", "end_header"};
+  const std::vector<std::string> lines = {"ply",
+                                          "format binary_little_endian 1.0",
+                                          "element vertex 3",
+                                          "property float x",
+                                          "property float y",
+                                          "property float z",
+                                          "element face 1",
+                                          "property list uchar int vertex_indices",
+                                          "end_header"};
   std::string body;
   for (const float value : {0, 0, 0, 1, 0, 0, 0, 1, 0}) body += bytes_of(value);
   body += bytes_of(uint8_t{3}) + bytes_of(0) + bytes_of(1) + bytes_of(2);
@@ -224,7 +248,8 @@ TEST_F(Field, HeadersOfPlyMayEndTheirLinesInAnyMixture) {
       for (size_t last = 0; last < 3; ++last) {
         if (middle == 2 && last == 1) continue;  // after bare CRs, a LF belongs to the data
         std::string text;
-        for (size_t i = 0; i < lines.size(); ++i) text += lines[i] + ends[i == 0 ? first : i + 1 < lines.size() ? middle : last];
+        for (size_t i = 0; i < lines.size(); ++i)
+          text += lines[i] + ends[i == 0 ? first : i + 1 < lines.size() ? middle : last];
         EXPECT_EQ(read("a.ply", text + body).meshes[0].positions[1], (Position{1, 0, 0})) << first << middle << last;
       }
 }

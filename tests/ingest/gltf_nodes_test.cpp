@@ -227,21 +227,52 @@ struct Oddity {
 const std::vector<Oddity> oddities = {
     {"cycle", [](json& d) { d["nodes"][1]["children"] = {0}; }, {3}, "node 0 \"root\" left out: it hangs on a cycle"},
     {"own child", [](json& d) { d["nodes"][2]["children"] = {2}; }, {12}, "node 2 left out: it hangs on a cycle"},
-    {"two parents", [](json& d) { d["nodes"][2]["children"] = {1}; }, {12, 3},
+    {"two parents",
+     [](json& d) { d["nodes"][2]["children"] = {1}; },
+     {12, 3},
      "node 1: is a child of node 0 and again of node 2; the first taken"},
-    {"twice a child", [](json& d) { d["nodes"][0]["children"] = {1, 1}; }, {12, 3}, ""},
-    {"root with a parent", [](json& d) { d["scenes"][0]["nodes"] = {0, 1, 2}; }, {12, 3},
+    {"twice a child",
+     [](json& d) {
+       d["nodes"][0]["children"] = {1, 1};
+     },
+     {12, 3},
+     ""},
+    {"root with a parent",
+     [](json& d) {
+       d["scenes"][0]["nodes"] = {0, 1, 2};
+     },
+     {12, 3},
      "node 1: is a root of scene 0 and a child of node 0, in whose frame it stands"},
     {"only the child", [](json& d) { d["scenes"][0]["nodes"] = {1}; }, {12}, "node 1: is a root of scene 0"},
-    {"no rotation", [](json& d) { d["nodes"][1]["rotation"] = {0, 0, 0, 0}; }, {12, 3},
+    {"no rotation",
+     [](json& d) {
+       d["nodes"][1]["rotation"] = {0, 0, 0, 0};
+     },
+     {12, 3},
      "node 1: its rotation has no direction; taken as none"},
-    {"nearly affine", [](json& d) { d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 1e-17, 0, 1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 0.99999994}}}; },
-     {12, 3}, ""},
-    {"projective", [](json& d) { d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 3, 0, 0, 1}}}; },
-     {12, 3}, "node 2: the last row of its matrix is not 0, 0, 0, 1; taken as if it were"},
-    {"both", [](json& d) { d["nodes"][2]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}; }, {12, 5},
+    {"nearly affine",
+     [](json& d) {
+       d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 1e-17, 0, 1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 0.99999994}}};
+     },
+     {12, 3},
+     ""},
+    {"projective",
+     [](json& d) {
+       d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 3, 0, 0, 1}}};
+     },
+     {12, 3},
+     "node 2: the last row of its matrix is not 0, 0, 0, 1; taken as if it were"},
+    {"both",
+     [](json& d) { d["nodes"][2]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}; },
+     {12, 5},
      "node 2: has both a matrix and a translation; the matrix taken"},
-    {"null", [](json& d) { d["nodes"][2]["matrix"] = nullptr; d["nodes"][1]["skin"] = nullptr; }, {12, 3}, ""},
+    {"null",
+     [](json& d) {
+       d["nodes"][2]["matrix"] = nullptr;
+       d["nodes"][1]["skin"] = nullptr;
+     },
+     {12, 3},
+     ""},
 };
 
 TEST_F(GltfNodes, OdditiesCostANoteAndNotThePicture) {
@@ -257,12 +288,15 @@ TEST_F(GltfNodes, OdditiesCostANoteAndNotThePicture) {
     for (const Placement& placement : ingested.placements) x.push_back(placement.transform[3]);
     EXPECT_EQ(x, oddity.x);
     if (*oddity.note == 0) EXPECT_TRUE(ingested.notes.empty());
-    else EXPECT_TRUE(!ingested.notes.empty() && ingested.notes[0].starts_with(oddity.note)) << (ingested.notes.empty() ? "" : ingested.notes[0]);
+    else
+      EXPECT_TRUE(!ingested.notes.empty() && ingested.notes[0].starts_with(oddity.note))
+          << (ingested.notes.empty() ? "" : ingested.notes[0]);
   }
 }
 
 TEST_F(GltfNodes, AShiftMovesTheMeshAndItsPlacementsBack) {
-  const GltfBuilder builder = with_nodes({{{"mesh", 0}}, {{"mesh", 0}, {"scale", {2, 2, 2}}, {"translation", {0, 0, 9}}}});
+  const GltfBuilder builder =
+      with_nodes({{{"mesh", 0}}, {{"mesh", 0}, {"scale", {2, 2, 2}}, {"translation", {0, 0, 9}}}});
   const Ingested ingested = read(builder, {.placements = true, .shift = {0.5, 0, -3}});
   EXPECT_EQ(ingested.meshes[0].positions[1], (Position{0.5f, 0, 3}));
   EXPECT_EQ(ingested.meshes[0].shift, (std::array<double, 3>{0.5, 0, -3}));

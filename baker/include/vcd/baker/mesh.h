@@ -11,8 +11,8 @@ namespace vcd {
 using Position = std::array<float, 3>;            // x, y, z in the object's own frame and unit
 using TriangleIndices = std::array<uint32_t, 3>;  // into the positions of the same mesh, counter-clockwise or not
 
-// Parts of an object that its source has and the triangles have not. A line that is clear of the triangles may be blocked
-// by such a part.
+// Parts of an object that its source has and the triangles have not. A line that is clear of the triangles may be
+// blocked by such a part.
 struct LeftOut {
   uint32_t not_opaque = 0;  // glTF primitives with alpha, blending or transmission
   uint32_t deforming = 0;   // with a skin or morph targets
