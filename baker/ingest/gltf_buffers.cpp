@@ -6,6 +6,7 @@
 
 #include "ingest/gltf_meshopt.h"
 #include "ingest/gltf_uri.h"
+#include "ingest/what_else.h"
 
 namespace vcd {
 
@@ -19,9 +20,8 @@ std::optional<GltfObject> compression_of(const GltfObject& view) {
 std::optional<uint32_t> stride_of(const GltfObject& view) {
   if (!view.has("byteStride")) return std::nullopt;
   const uint64_t stride = view.integer("byteStride");
-  if (stride < 4 || stride > 252 || stride % 4 != 0) {
-    view.fail("byteStride " + std::to_string(stride) + " is not a multiple of 4 from 4 to 252");
-  }
+  if (stride == 0) return std::nullopt;  // not allowed, but written for "no gaps", as other formats have it
+  if (stride > 252) view.fail("byteStride " + std::to_string(stride) + " is more than 252");
   return static_cast<uint32_t>(stride);
 }
 
@@ -84,6 +84,8 @@ std::span<const uint8_t> GltfBuffers::buffer(uint32_t index) {
     fail_gltf(ErrorCode::io, buffer.place() + ": has no uri, its data is missing");
   }
   if (length > bytes.size()) {
+    const char* what = uri.empty() ? nullptr : what_else({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (what != nullptr) buffer.fail("the file " + quoted(uri) + " " + what);
     buffer.fail("byteLength is " + std::to_string(length) + ", the data has " + std::to_string(bytes.size()));
   }
   return bytes.first(length);

@@ -15,7 +15,7 @@ namespace vcd {
 
 struct GltfView {
   std::span<const uint8_t> bytes;  // lives as long as its GltfBuffers
-  std::optional<uint32_t> stride;  // byteStride as the file gives it: a multiple of 4 from 4 to 252
+  std::optional<uint32_t> stride;  // byteStride, 1 to 252; nothing where it is absent or 0
 };
 
 // Fetching late means that a buffer which only textures or animations use may be missing, and that the

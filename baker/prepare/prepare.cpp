@@ -15,6 +15,8 @@ Result<PreparedMesh> prepare(SourceMesh&& source) {
   PreparedMesh mesh;
   mesh.name = std::move(source.name);
   mesh.source_index = source.source_index;
+  mesh.shift = source.shift;
+  mesh.left_out = source.left_out;
   weld(std::move(source), mesh);
   if (mesh.triangles.empty())
     return Error{ErrorCode::invalid_file, place_of(mesh) + ": no triangle with an area (" +

@@ -1,5 +1,8 @@
 #include "meshes.h"
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <utility>
 
 #include <vcd/baker/bake.h>
@@ -7,6 +10,27 @@
 
 namespace vcd {
 using namespace baker;
+
+std::string shift_text(const std::array<double, 3>& shift) {
+  std::string text;
+  for (const double number : shift) {
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
+    text += (text.empty() ? "" : ",") + std::string(digits, end);
+  }
+  return text;
+}
+
+std::optional<std::array<double, 3>> parse_shift(std::string_view text) {
+  std::array<double, 3> shift;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::string_view word = text.substr(0, axis < 2 ? text.find(',') : text.size());
+    const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), shift[axis]);
+    if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(shift[axis])) return std::nullopt;
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+  }
+  return shift;
+}
 
 void add_outside_files(CLI::App& app, IngestOptions& options) {
   app.add_flag("--allow-outside-files", options.files_outside,
@@ -25,8 +49,11 @@ std::optional<Error> each_mesh(const std::string& path, const IngestOptions& opt
 }
 
 IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
-  for (const auto& [key, value] : sidecar.provenance)
+  options.coarse = true;  // whether to bake it was decided when it was baked
+  for (const auto& [key, value] : sidecar.provenance) {
     if (key == "parts") options.treat_all_as_opaque = value != "opaque";
+    if (key == "shift") options.shift = parse_shift(value).value_or(options.shift);
+  }
   return options;
 }
 

@@ -1,9 +1,11 @@
 // The meshes that a sidecar is held against.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -13,6 +15,10 @@
 #include <vcd/format/contents.h>
 
 namespace vcd {
+
+// "x,y,z" of a shift, shortest that reads back as the same doubles; and back. Nothing for what are not three numbers.
+std::string shift_text(const std::array<double, 3>& shift);
+std::optional<std::array<double, 3>> parse_shift(std::string_view text);
 
 // --allow-outside-files
 void add_outside_files(CLI::App& app, IngestOptions& options);

@@ -1,11 +1,8 @@
 #include "bake_asset.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cerrno>
 #include <climits>
-#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -35,8 +32,7 @@ std::optional<Error> check_output(const fs::path& output) {
     if (name.native().size() > NAME_MAX) return fault(std::generic_category().message(ENAMETOOLONG));
   while (!fs::exists(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : ".";
   if (!fs::is_directory(folder, error)) return fault(shown(folder) + " is not a folder");
-  if (access(folder.c_str(), W_OK | X_OK) != 0) return fault(shown(folder) + ": " + std::strerror(errno));
-  return std::nullopt;
+  return AtomicFile(folder / ".vcd").fault();  // a name that nothing else has
 }
 
 class AssetBake {
@@ -74,6 +70,9 @@ class AssetBake {
     context_.on_stage("preparing " + printable(source.name));
     const auto mesh = prepare(std::move(source));
     if (!mesh) return fault(mesh.error().code, mesh.error().message);
+    if (mesh->left_out.any())
+      left_out_ += std::to_string(mesh->source_index) + " not-opaque=" + std::to_string(mesh->left_out.not_opaque) +
+                   " deforming=" + std::to_string(mesh->left_out.deforming) + "\n";
     FinishedObject finished{mesh->name, mesh->source_index, mesh->duplicate_triangles, mesh->zero_area_triangles};
     if (context_.reuse) finished.known = find_in_sidecar(asset_.output, *mesh, asset_.settings);
     if (!finished.known) finished.known = cache_.find(*mesh, asset_.settings);
@@ -106,7 +105,7 @@ class AssetBake {
     context_.on_stage("writing");
     SidecarToWrite sidecar;
     sidecar.storage = asset_.settings.storage;
-    sidecar.provenance = provenance_of(asset_, sources);
+    sidecar.provenance = provenance_of(asset_, sources, left_out_);
     for (const FinishedObject& object : objects_) sidecar.objects.push_back(object.to_write());
     std::error_code error;
     if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
@@ -121,6 +120,7 @@ class AssetBake {
   ObjectCache cache_;
   std::vector<FinishedObject> objects_;
   std::vector<std::string> notes_;
+  std::string left_out_;
 };
 
 }  // namespace

@@ -13,8 +13,9 @@ namespace fs = std::filesystem;
 // What decides about an object's bytes beside its geometry; in entries as provenance.
 std::map<std::string, std::string> object_making(const BakeSettings& settings) {
   Json members = settings.members();
-  members.erase("storage");        // how the file is stored
-  members.erase("all-as-opaque");  // decides which triangles there are
+  members.erase("storage");  // how the file is stored
+  for (const char* name : {"all-as-opaque", "allow-outside-files", "allow-rounding", "shift"})
+    members.erase(name);  // decides which triangles there are
   return {{"baker", baker_text()}, {"settings", members.dump()}};
 }
 

@@ -26,6 +26,8 @@ Json BakeSettings::members() const {
   json["storage"] = storage == Storage::zstd ? "ship" : "raw";
   json["embed-geometry"] = bake.embed_geometry;
   json["all-as-opaque"] = ingest.treat_all_as_opaque;
+  if (ingest.coarse) json["allow-rounding"] = true;
+  if (ingest.shift != std::array<double, 3>{}) json["shift"] = shift_text(ingest.shift);
   if (ingest.files_outside) json["allow-outside-files"] = true;
   return json;
 }
@@ -59,6 +61,15 @@ void add_settings(CLI::App& app, BakeSettings& settings) {
                "Add the welded triangles, so that vc-verify can trace without the mesh file");
   app.add_flag("--all-as-opaque", settings.ingest.treat_all_as_opaque,
                "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand");
+  app.add_option_function<std::string>(
+         "--shift", [&](const std::string& text) { settings.ingest.shift = parse_shift(text).value(); },
+         "Subtract x,y,z from all coordinates before they are rounded to 32-bit floats, for meshes far from their "
+         "origin;\nrecorded in the sidecar (default: 0,0,0)")
+      ->check(CLI::Validator(
+          [](const std::string& text) { return parse_shift(text) ? "" : text + ": not three numbers x,y,z"; }, ""))
+      ->type_name("X,Y,Z");
+  app.add_flag("--allow-rounding", settings.ingest.coarse,
+               "Bake a mesh even if 32-bit floats move its coordinates by more than a thousandth of its extent");
   add_outside_files(app, settings.ingest);
 }
 

@@ -21,6 +21,8 @@ struct PreparedMesh {
   std::array<float, 3> box_min{};          // padded: spec/vcd-format.md, "Box"
   std::array<float, 3> box_max{};
   std::array<uint8_t, 16> geometry_hash{};  // spec/vcd-format.md, "Geometry hash"
+  std::array<double, 3> shift{};            // of the source, likewise
+  LeftOut left_out = {};                    // of the source
   uint64_t duplicate_triangles = 0;         // dropped: same three corners as another one
   uint64_t zero_area_triangles = 0;         // dropped: equal or collinear corners
 };
