@@ -15,7 +15,7 @@
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 // The baker's recursion below one cell; visit(cell, rays) sees every cell and how many rays it took.
@@ -118,4 +118,4 @@ int run_bake_rate(const std::string& path, const BakeRateOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -9,7 +9,7 @@
 #include "machine.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 struct MethodToTime {
@@ -84,4 +84,4 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -18,7 +18,9 @@
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace render;
 namespace {
 
 bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
@@ -306,4 +308,4 @@ int run_segments(const SegmentsOptions& options) {
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -14,7 +14,7 @@
 #include "common/describe.h"
 #include "machine.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct StabilityMesh {
   PreparedMesh mesh;
@@ -222,4 +222,4 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

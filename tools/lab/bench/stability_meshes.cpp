@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 double uniform(Random& random) { return std::generate_canonical<double, 53>(random); }
@@ -255,4 +255,4 @@ std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {
   };
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -2,7 +2,7 @@
 
 #include "common/meshes.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar,
                                     const std::array<uint8_t, 16>* hash) {
@@ -17,4 +17,4 @@ Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarConten
   return Error{ErrorCode::stale, path + ": none of its meshes has the sidecar's geometry hash"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

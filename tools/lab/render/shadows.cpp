@@ -4,7 +4,7 @@
 #include <bit>
 #include <stdexcept>
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 size_t words_of(const Bundle& bundle) { return (bundle.segments.size() + 63) / 64; }
@@ -118,4 +118,4 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
   for (size_t k = 0; k < count; ++k) blocked[places_[k]] = traced_[k];
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

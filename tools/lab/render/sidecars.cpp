@@ -2,7 +2,7 @@
 
 #include "common/describe.h"
 
-namespace vcd {
+namespace vcd::render {
 
 Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths) {
   WorldSidecars sidecars;
@@ -50,4 +50,4 @@ Result<WorldBake> bake_world(const World& world, const BakeOptions& options, con
   return sum;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -10,7 +10,7 @@
 
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Open sidecars, and for each object of a world the one that answers for it.
 struct WorldSidecars {
@@ -32,4 +32,4 @@ struct WorldBake {
 Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
                              const std::function<void(const WorldObject&, const BakeProgress&)>& progress);
 
-}  // namespace vcd
+}  // namespace vcd::render

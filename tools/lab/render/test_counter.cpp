@@ -4,7 +4,7 @@
 
 #include "packets.h"
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 struct CountingContext {
@@ -83,4 +83,4 @@ TestCounter::Count TestCounter::count(const Segment& segment) const {
   return {context.tests, ray.tfar < 0};
 }
 
-}  // namespace vcd
+}  // namespace vcd::render
