@@ -135,7 +135,7 @@ TEST(Renderer, CanBeStopped) {
   const World world = one_object();
   RenderHooks hooks;
   hooks.stop = [] { return true; };
-  EXPECT_FALSE(render(world, small_picture(), bvh(world), hooks).ok());
+  EXPECT_FALSE(render::render(world, small_picture(), bvh(world), hooks).ok());
 }
 
 TEST(Sidecars, ThoseOfAnotherMeshAreStale) {

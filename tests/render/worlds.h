@@ -13,6 +13,8 @@
 
 namespace vcd::test {
 
+using namespace render;
+
 inline scenes::Mesh scene_mesh(SourceMesh mesh) {
   return {std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}};
 }
@@ -59,7 +61,7 @@ inline WorldSidecars must_bake(const World& world, const baker::BakeOptions& opt
 }
 
 inline Rendered must_render(const World& world, const RenderSettings& settings, const MakeCaster& make) {
-  auto rendered = render(world, settings, make);
+  auto rendered = render::render(world, settings, make);
   if (!rendered) throw std::runtime_error(rendered.error().message);
   return std::move(*rendered);
 }

@@ -15,6 +15,8 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::bench;
+using namespace vcd::render;
 
 struct Options {
   CommonOptions common;

@@ -20,7 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+
 using namespace vcd::baker;
+
+using namespace vcd::render;
 
 enum class Shadows { bvh, vcd, both };
 
@@ -136,7 +139,7 @@ class Program {
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render(*world_, options_.render, make_caster, hooks);
+    return render::render(*world_, options_.render, make_caster, hooks);
   }
 
   std::optional<Error> render_variant(const std::string& name) {

@@ -13,6 +13,7 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::render;
 
 struct Options {
   CommonOptions common;

@@ -15,7 +15,8 @@
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
 namespace {
 
@@ -119,4 +120,4 @@ int run_bake_rate(const std::string& path, const BakeRateOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

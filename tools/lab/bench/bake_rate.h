@@ -6,7 +6,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct BakeRateOptions {
   uint32_t depth = 5;
@@ -18,4 +18,4 @@ struct BakeRateOptions {
 // measured; returns the exit code.
 int run_bake_rate(const std::string& mesh, const BakeRateOptions& options, int repetitions, OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

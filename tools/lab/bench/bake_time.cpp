@@ -9,7 +9,8 @@
 #include "machine.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
 namespace {
 
@@ -85,4 +86,4 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -7,7 +7,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct BakeTimeOptions {
   std::vector<uint32_t> depths = {5, 6, 7};
@@ -19,4 +19,4 @@ struct BakeTimeOptions {
 // the exit code.
 int run_bake_time(const std::string& mesh, const BakeTimeOptions& options, int repetitions, OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

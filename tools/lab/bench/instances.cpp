@@ -15,7 +15,9 @@
 #include "render/sidecars.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace render;
 namespace {
 
 constexpr size_t kArray = 256;  // segments of one call at most
@@ -271,4 +273,4 @@ int run_instances(const InstancesOptions& options) {
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

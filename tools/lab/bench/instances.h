@@ -6,7 +6,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct InstancesOptions {
   std::string scene;                  // as parse_scene_request() reads it
@@ -19,4 +19,4 @@ struct InstancesOptions {
 // Prints what it measured; returns the exit code.
 int run_instances(const InstancesOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::bench

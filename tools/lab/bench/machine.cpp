@@ -8,7 +8,7 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 std::string processor_name() {
@@ -55,4 +55,4 @@ std::string machine_description() {
          m["embree_isa"].get<std::string>();
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -16,8 +16,10 @@
 #include "render/false_colour.h"
 #include "render/sidecars.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
+using namespace render;
 namespace {
 
 namespace fs = std::filesystem;
@@ -263,7 +265,7 @@ class SceneRun {
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render(*world_, options_.render, make, hooks);
+    return render::render(*world_, options_.render, make, hooks);
   }
 
   // The BVH's picture first: all others are held against it.
@@ -468,4 +470,4 @@ std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
   return codes;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -12,7 +12,7 @@
 
 extern char** environ;
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 std::string python() {
@@ -39,4 +39,4 @@ int write_report(const std::filesystem::path& folder) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : exit_code(ErrorCode::runtime);
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

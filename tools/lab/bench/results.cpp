@@ -4,7 +4,7 @@
 
 #include <vcd/writer/atomic_file.h>
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 namespace fs = std::filesystem;
@@ -60,4 +60,4 @@ std::optional<Error> Results::save() const {
   return written ? std::nullopt : std::optional(written.error());
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -8,7 +8,7 @@
 
 #include "common/describe.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 class Results {
  public:
@@ -29,4 +29,4 @@ class Results {
   Json json_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -19,8 +19,10 @@
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
+using namespace render;
 namespace {
 
 bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
@@ -308,4 +310,4 @@ int run_segments(const SegmentsOptions& options) {
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -5,7 +5,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct SegmentsOptions {
   std::string mesh, sidecar;
@@ -18,4 +18,4 @@ struct SegmentsOptions {
 // Prints what it measured; returns the exit code.
 int run_segments(const SegmentsOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -7,7 +7,7 @@
 #include <vcd/format/segment.h>
 #include <vcd/runtime/bundle.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 inline constexpr size_t kLightSamples = 128;
 
@@ -32,4 +32,4 @@ LightBundles shadow_rays(const baker::PreparedMesh& mesh, size_t points, uint64_
 // cells.
 std::vector<Segment> piercing_bundles(const baker::PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed);
 
-}  // namespace vcd
+}  // namespace vcd::bench

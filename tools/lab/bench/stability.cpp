@@ -14,7 +14,8 @@
 #include "common/describe.h"
 #include "machine.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
 
 struct StabilityMesh {
@@ -223,4 +224,4 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -12,7 +12,7 @@
 #include "common/program.h"
 #include "stability_meshes.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 inline constexpr const char* kStabilityMethods[] = {"proven", "hybrid", "sampled", "embree", "embree_robust"};
 inline constexpr size_t kStabilityMethodCount = std::size(kStabilityMethods);
@@ -58,4 +58,4 @@ struct StabilityOptions {
 // was wrong.
 int run_stability(const StabilityOptions& options, const std::string& command, OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -3,7 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
 namespace {
 
@@ -256,4 +257,4 @@ std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {
   };
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 SourceMesh stability_sphere(uint32_t rings = 12, uint32_t segments = 20);
 SourceMesh stability_soup(uint32_t triangles);  // in a unit cube, edges of about a tenth
@@ -33,4 +33,4 @@ Segment through_the_box(const baker::PreparedMesh& mesh, Random& random, double 
 // end-outside.
 std::vector<std::pair<std::string, SegmentMaker>> segment_kinds();
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -2,7 +2,8 @@
 
 #include "common/meshes.h"
 
-namespace vcd {
+namespace vcd::bench {
+
 using namespace baker;
 
 Result<TracedMesh> TracedMesh::load(const std::string& path, const IngestOptions& options,
@@ -18,4 +19,4 @@ Result<TracedMesh> TracedMesh::load(const std::string& path, const IngestOptions
   return Error{ErrorCode::stale, path + ": none of its meshes has the sidecar's geometry hash"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

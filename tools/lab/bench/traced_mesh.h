@@ -9,7 +9,7 @@
 #include <vcd/baker/tracer.h>
 #include <vcd/format/contents.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 struct TracedMesh {
   baker::PreparedMesh mesh;
@@ -20,4 +20,4 @@ struct TracedMesh {
                                  const std::array<uint8_t, 16>* hash);
 };
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -5,7 +5,8 @@
 
 #include <vcd/format/line_cell.h>
 
-namespace vcd {
+namespace vcd::render {
+
 using namespace baker;
 
 const char* segment_kind_name(SegmentKind kind) {
@@ -114,4 +115,4 @@ CensusPass Census::take() {
   return std::move(pass_);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

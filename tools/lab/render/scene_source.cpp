@@ -7,7 +7,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 struct Parts {
@@ -138,4 +138,4 @@ Result<World> load_world(const std::vector<std::string>& names, const SceneOptio
   return build_world(std::move(*scene), sources);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -4,7 +4,8 @@
 #include <bit>
 #include <stdexcept>
 
-namespace vcd {
+namespace vcd::render {
+
 using namespace baker;
 namespace {
 
@@ -119,4 +120,4 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
   for (size_t k = 0; k < count; ++k) blocked[places_[k]] = traced_[k];
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

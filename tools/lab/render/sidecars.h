@@ -10,7 +10,7 @@
 
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Open sidecars, and for each object of a world the one that answers for it.
 struct WorldSidecars {
@@ -36,4 +36,4 @@ Result<WorldBake> bake_world(const World& world, const baker::BakeOptions& optio
 Result<uint64_t> write_world(const World& world, const std::vector<baker::BakedObject>& baked,
                              const std::filesystem::path& path, const std::function<bool()>& stop = {});
 
-}  // namespace vcd
+}  // namespace vcd::render

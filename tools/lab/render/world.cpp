@@ -8,7 +8,8 @@
 
 #include "common/memory.h"
 
-namespace vcd {
+namespace vcd::render {
+
 using namespace baker;
 namespace {
 
@@ -161,4 +162,4 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
   return world;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -16,7 +16,7 @@
 #include "packets.h"
 #include "vec.h"
 
-namespace vcd {
+namespace vcd::render {
 
 struct WorldObject {
   baker::PreparedMesh mesh;
@@ -94,4 +94,4 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
 // Adds all instances to a scene, in order; objects[i] stands for world.objects[i].
 void attach_instances(const World& world, std::span<const RTCScene> objects, RTCDevice device, RTCScene scene);
 
-}  // namespace vcd
+}  // namespace vcd::render
