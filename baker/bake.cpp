@@ -9,235 +9,204 @@
 
 #include <tbb/info.h>
 
+#include <vcd/baker/threads.h>
 #include <vcd/format/tree_statistics.h>
 
-#include <vcd/baker/tracer.h>
-
-#include "classify/proven.h"
-#include "classify/sampled_cells.h"
+#include "audit/audit_object.h"
+#include "classify/make_classifier.h"
+#include "object/baked_object.h"
 #include "octree/demote.h"
 #include "octree/octree.h"
 #include "plan/probe.h"
-#include "prepare/margins.h"
+#include "prepare/clearances.h"
+#include "prepare/place.h"
 
-namespace vcd {
-
-struct BakedObject::Arrays {
-  TreeArrays tree;
-  std::vector<std::byte> geometry;
-  std::vector<uint8_t> margins;  // of an object in which something is blocked
-};
-
-BakedObject::BakedObject() : arrays_(std::make_unique<Arrays>()) {}
-BakedObject::BakedObject(BakedObject&&) noexcept = default;
-BakedObject& BakedObject::operator=(BakedObject&&) noexcept = default;
-BakedObject::~BakedObject() = default;
-
-TreeView BakedObject::tree() const {
-  TreeView tree = arrays_->tree.view();
-  if (!arrays_->margins.empty()) tree.margins = arrays_->margins.data();
-  return tree;
-}
-
-ObjectToWrite BakedObject::to_write() const {
-  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry,
-          std::as_bytes(std::span(arrays_->margins))};
-}
-
+namespace vcd::baker {
 namespace {
 
-ObjectRecord describe_object(const PreparedMesh& mesh, const BakeOptions& options) {
-  ObjectRecord record{};
-  record.source_index = mesh.source_index;
-  record.depth = static_cast<uint8_t>(options.depth);
-  record.method = static_cast<uint8_t>(options.method);
-  std::copy(mesh.box_min.begin(), mesh.box_min.end(), record.box_min);
-  std::copy(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
-  record.geometry_hash = mesh.geometry_hash;
-  record.triangle_count = mesh.triangles.size();
-  record.vertex_count = mesh.positions.size();
-  if (options.method == Method::none) {
-    record.depth = 1;
-    return record;
+using Clock = std::chrono::steady_clock;
+double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+// What of the budget of seconds is for everything up to the last class; the rest is for audit and writing.
+constexpr double kBakeShare = 0.75;
+// What a forecast may take of the seconds that are left when the depth is picked.
+constexpr double kForecastShare = 0.6;
+
+// When the last class must be there. Starts when it is made.
+class Deadline {
+ public:
+  explicit Deadline(double budget_seconds) {
+    if (budget_seconds > 0)
+      end_ = Clock::now() +
+             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kBakeShare * budget_seconds));
   }
-  if (options.method != Method::sampled) record.guard_band = kGuardBand;
-  if (options.method != Method::proven) record.method_parameters[0] = options.samples;
-  record.method_parameters[1] = static_cast<uint32_t>(options.seed);
-  record.method_parameters[2] = static_cast<uint32_t>(options.seed >> 32);
-  return record;
+  Clock::time_point end() const { return end_; }
+  bool over() const { return Clock::now() > end_; }
+  double seconds_left() const { return end_ == end_.max() ? std::numeric_limits<double>::infinity() : -since(end_); }
+
+ private:
+  Clock::time_point end_ = Clock::time_point::max();
+};
+
+std::optional<Error> check_options(const BakeOptions& options) {
+  const auto usage = [](const char* reason) { return Error{ErrorCode::usage, reason}; };
+  if (options.depth > kMaxDepth) return usage("depth must be 1 to 8, or 0 for automatic");
+  const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
+  if (options.samples == 0) return std::nullopt;
+  if (options.method == Method::sampled && !known) return usage("samples must be 16, 81 or 256");
+  if (options.method == Method::hybrid && (!known || options.samples == 16))
+    return usage("samples of a hybrid bake must be 81 or 256");
+  return std::nullopt;
 }
 
-std::string place_of(const PreparedMesh& mesh) {
-  return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\"";
+Result<std::vector<std::byte>> embedded_geometry(const PreparedMesh& mesh, const BakeOptions& options) {
+  if (!options.embed_geometry) return std::vector<std::byte>();
+  auto geometry = encode_geometry(mesh);
+  if (geometry.empty())
+    return Error{ErrorCode::runtime, place_of(mesh) + ": its geometry cannot be encoded to be embedded"};
+  return geometry;
 }
+
+void begin(BakePass pass, const BakeOptions& options) {
+  if (options.on_pass) options.on_pass(pass);
+}
+
+// Of a file, what is not its tree: header, tables, names, and what rounds the tree's beginning up to a page.
+constexpr uint64_t kBytesBesideTree = 8192;
+uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min(file_bytes, kBytesBesideTree); }
 
 uint64_t tree_bytes(const TreeView& tree) {
   return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
 }
 
-// Of a tree in which everything is uniform.
-uint64_t least_bytes(uint32_t depth) {
+// An error if not even a tree in which everything is uniform fits the budget.
+std::optional<Error> check_budget(const PreparedMesh& mesh, uint32_t depth, uint64_t budget_bytes) {
   const TreeShape shape = tree_shape(depth);
-  return shape.bytes(shape.has_blocks256 ? kUniformBlocks : 0, shape.has_blocks16 ? kUniformBlocks : 0, kUniformBlocks);
+  const uint64_t least =
+      shape.bytes(shape.has_blocks256 ? kUniformBlocks : 0, shape.has_blocks16 ? kUniformBlocks : 0, kUniformBlocks);
+  if (budget_bytes == 0 || least <= tree_budget(budget_bytes)) return std::nullopt;
+  return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(depth) + " takes " +
+                                     std::to_string(least + kBytesBesideTree) +
+                                     " bytes at the least, more than the budget"};
 }
 
-// What a file of so many bytes leaves for its tree: header, tables, names and the tree's page come before it.
-uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min<uint64_t>(file_bytes, 8192); }
-
-void count_tree(const TreeView& tree, ObjectRecord& record) {
-  const TreeStatistics statistics = measure_tree(tree);
-  std::copy_n(statistics.cells.begin(), 3, record.cells);
-  record.statistical_cells = statistics.cells[kStatisticallyBlocked];
-  record.block256_count = tree.block256_count;
-  record.block16_count = tree.block16_count;
-  record.brick_count = tree.brick_count;
-  record.nodes_unfolded = statistics.nodes_unfolded;
-  record.nodes_folded = statistics.nodes_folded;
-  record.nodes_shared = statistics.nodes_shared;
-}
-
-Octree blank_octree(uint32_t depth) {
-  const TreeShape shape = tree_shape(depth);
-  Subtree unclassified;
-  unclassified.bricks.assign(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)), 2u);
-  DagBuilder dag(depth);
-  for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(unclassified);
-  return {dag.take()};
-}
-
-constexpr uint32_t kDefaultSamples = 256;
-
-// What is wrong with options; null if nothing is.
-const char* fault_of(const BakeOptions& options) {
-  if (options.depth > kMaxDepth) return "depth must be 1 to 8, or 0 for automatic";
-  if (options.depth == 0 && options.blank) return "a blank tree needs a depth";
-  const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
-  if (options.samples == 0) return nullptr;
-  if (options.method == Method::sampled && !known) return "samples must be 16, 81 or 256";
-  if (options.method == Method::hybrid && (!known || options.samples == 16))
-    return "samples of a hybrid bake must be 81 or 256";
-  return nullptr;
-}
-
-using Clock = std::chrono::steady_clock;
-
-// Tracer and classifier of one mesh, from which all else follows.
-struct Workshop {
-  std::unique_ptr<const Tracer> tracer;  // stays where it is: the classifier refers to it
-  std::unique_ptr<CellClassifier> classifier;
-  uint32_t samples;  // that a class by statistics rests on
-
-  static Result<Workshop> build(const PreparedMesh& mesh, const BakeOptions& options) {
-    auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-    if (!tracer) return Error{tracer.error().code, place_of(mesh) + ": " + tracer.error().message};
-    Workshop shop{std::make_unique<const Tracer>(std::move(*tracer)), nullptr,
-                  options.samples ? options.samples : kDefaultSamples};
-    if (options.method == Method::sampled) {
-      shop.classifier = std::make_unique<SampledCells>(SampledClassifier(*shop.tracer, shop.samples, options.seed));
-    } else {
-      const ProvenOptions proven{options.seed, options.method == Method::hybrid, options.samples};
-      auto classifier = std::make_unique<ProvenClassifier>(mesh, *shop.tracer, proven);
-      shop.samples = classifier->samples();
-      shop.classifier = std::move(classifier);
-    }
-    return shop;
-  }
-};
-
-// What of the budget of seconds is left for the probe and the bake at `start`; the rest is for audit and writing.
-constexpr double kBakeShare = 0.75, kForecastShare = 0.6;
-
-Plan plan_with(const PreparedMesh& mesh, const Workshop& shop, const BakeOptions& options, double seconds_left) {
+Plan forecast(const GridMesh& grid, const Tracer& tracer, const CellClassifier& classifier, const BakeOptions& options,
+              const Deadline& deadline) {
   ProbeOptions probe_options;
   probe_options.threads = options.threads ? options.threads : static_cast<unsigned>(tbb::info::default_concurrency());
   probe_options.budget_bytes = tree_budget(options.budget_bytes ? options.budget_bytes : kDefaultBudgetBytes);
-  probe_options.budget_seconds =
-      options.budget_seconds > 0 ? kForecastShare * seconds_left : std::numeric_limits<double>::infinity();
+  probe_options.budget_seconds = kForecastShare * deadline.seconds_left();
   probe_options.stop = options.stop;
-  return probe(mesh, *shop.tracer, *shop.classifier, probe_options);
+  return probe(grid.source, tracer, classifier, probe_options);
+}
+
+// The pass `plan`, where the depth is left to it.
+std::optional<Plan> plan_if_asked(const GridMesh& grid, const Tracer& tracer, const CellClassifier& classifier,
+                                  const BakeOptions& options, const Deadline& deadline) {
+  if (options.depth > 0) return std::nullopt;
+  begin(BakePass::plan, options);
+  return forecast(grid, tracer, classifier, options, deadline);
+}
+
+struct ClassifiedCells {
+  Octree octree;
+  bool out_of_time;
+};
+
+Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifier& classifier, uint32_t depth,
+                                       const BakeOptions& options, const Deadline& deadline) {
+  begin(BakePass::classify, options);
+  const auto start = Clock::now();
+  const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
+    const double fraction = static_cast<double>(done) / static_cast<double>(total);
+    if (options.progress) options.progress({fraction, rays, since(start)});
+  };
+  auto octree = build_octree({classifier, depth, deadline.end(), options.stop}, options.threads, on_progress);
+  if (!octree) return Error{ErrorCode::runtime, place_of(grid.source) + ": stopped"};
+  return ClassifiedCells{std::move(*octree), deadline.over()};
+}
+
+Demoted demote_to_budget(TreeArrays&& tree, const BakeOptions& options) {
+  if (options.budget_bytes == 0) return {std::move(tree)};
+  begin(BakePass::demote, options);
+  return demote_merge(std::move(tree), tree_budget(options.budget_bytes), options.threads);
+}
+
+// Only blocked cells need them.
+std::vector<uint8_t> clearances_if_blocked(const GridMesh& grid, const TreeStatistics& counts,
+                                           const BakeOptions& options) {
+  if (counts.cells[kBlocked] + counts.cells[kStatisticallyBlocked] == 0) return {};
+  begin(BakePass::clearances, options);
+  return clearances_of(grid);
+}
+
+// Audits the object, and writes the result into it.
+std::optional<Error> audit_if_asked(const PreparedMesh& mesh, BakedObject& object, const BakeOptions& options) {
+  if (options.audit_lines == 0) return std::nullopt;
+  begin(BakePass::audit, options);
+  AuditOptions audit_options;
+  audit_options.lines = options.audit_lines, audit_options.stop = options.stop;
+  auto report =
+      with_threads(options.threads, [&] { return audit_object(mesh, object.record, object.tree(), audit_options); });
+  if (!report) return report.error();
+  record_audit(*report, object.record);
+  object.audit = std::move(*report);
+  return std::nullopt;
 }
 
 }  // namespace
 
 Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options) try {
-  if (const char* fault = fault_of(options)) return Error{ErrorCode::usage, fault};
-  const auto start = Clock::now();
-  const auto shop = Workshop::build(mesh, options);
-  if (!shop) return shop.error();
-  return plan_with(mesh, *shop, options,
-                   kBakeShare * options.budget_seconds - std::chrono::duration<double>(Clock::now() - start).count());
+  const Deadline deadline(options.budget_seconds);
+  if (options.method == Method::none) return Error{ErrorCode::usage, "method none has nothing to plan"};
+  if (auto fault = check_options(options)) return std::move(*fault);
+  const GridMesh grid(mesh);
+  const auto tracer = trace_in_grid(grid);
+  if (!tracer) return tracer.error();
+  const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
+  return forecast(grid, *tracer, *classifier.cells, options, deadline);
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given) try {
-  if (const char* fault = fault_of(given)) return Error{ErrorCode::usage, fault};
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) try {
+  const Deadline deadline(options.budget_seconds);
+  if (auto fault = check_options(options)) return std::move(*fault);
+  auto geometry = embedded_geometry(mesh, options);
+  if (!geometry) return geometry.error();
+  if (options.method == Method::none) return make_object_without_answers(mesh, std::move(*geometry));
+
+  begin(BakePass::trace, options);
+  const GridMesh grid(mesh);
+  const auto tracer = trace_in_grid(grid);
+  if (!tracer) return tracer.error();
+  const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
+
+  auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
+  const uint32_t depth = plan ? plan->depth : options.depth;
+  if (depth == 0) return make_object_without_answers(mesh, std::move(*geometry), std::move(plan));
+  if (auto too_small = check_budget(mesh, depth, options.budget_bytes)) return std::move(*too_small);
+
   const auto start = Clock::now();
-  const auto seconds = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  const double time_limit = kBakeShare * given.budget_seconds;
+  auto classified = classify_cells(grid, *classifier.cells, depth, options, deadline);
+  if (!classified) return classified.error();
+  const uint64_t bytes = tree_bytes(classified->octree.tree.view());
+  Demoted demoted = demote_to_budget(std::move(classified->octree.tree), options);
+  const TreeStatistics counts = measure_tree(demoted.tree.view());
+  auto clearances = clearances_if_blocked(grid, counts, options);
 
-  BakedObject object;
-  object.name = mesh.name;
-  BakeOptions options = given;
-  if (options.blank && options.samples == 0) options.samples = kDefaultSamples;
-  std::optional<Workshop> shop;
-  if (options.method != Method::none && !options.blank) {
-    auto built = Workshop::build(mesh, options);
-    if (!built) return built.error();
-    shop.emplace(std::move(*built));
-    options.samples = shop->samples;
-    if (options.depth == 0) object.plan = plan_with(mesh, *shop, options, time_limit - seconds());
-    if (object.plan && object.plan->depth == 0) options.method = Method::none;
-    if (object.plan) options.depth = object.plan->depth;
-  }
-  object.record = describe_object(mesh, options);
-  if (options.embed_geometry) {
-    object.arrays_->geometry = encode_geometry(mesh);
-    if (object.arrays_->geometry.empty())
-      return Error{ErrorCode::runtime, place_of(mesh) + ": its geometry cannot be encoded to be embedded"};
-  }
-  if (options.method == Method::none || options.blank) {
-    object.arrays_->tree = blank_octree(object.record.depth).tree;
-    count_tree(object.tree(), object.record);
-    return object;
-  }
-
-  if (const uint64_t least = least_bytes(options.depth);
-      options.budget_bytes > 0 && least > tree_budget(options.budget_bytes))
-    return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(options.depth) +
-                                       " takes " + std::to_string(least + 8192) +
-                                       " bytes at the least, more than the budget"};
-
-  const auto bake_start = Clock::now();
-  const auto baking = [&] { return std::chrono::duration<double>(Clock::now() - bake_start).count(); };
-  const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
-    const double fraction = static_cast<double>(done) / static_cast<double>(total);
-    if (options.progress) options.progress({fraction, rays, baking()});
-  };
-  CellSource source{*shop->classifier, options.depth};
-  source.one_in = options.one_in;
-  source.stop = options.stop;
-  if (options.budget_seconds > 0)
-    source.deadline = start + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_limit));
-  auto octree = build_octree(source, options.threads, on_progress);
-  if (!octree) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
-  object.rays = octree->rays;
-  object.seconds_above = octree->seconds_above;
-  object.out_of_time = Clock::now() > source.deadline;
-  object.bytes_before_demotion = tree_bytes(octree->tree.view());
-  if (options.budget_bytes > 0)
-    octree->tree = demote_merge(std::move(octree->tree), tree_budget(options.budget_bytes), options.threads,
-                                &object.cells_demoted);
-  object.arrays_->tree = std::move(octree->tree);
-  count_tree(object.tree(), object.record);
-  if (object.record.cells[1] + object.record.statistical_cells > 0) {
-    const auto margins = margins_of(mesh);
-    object.arrays_->margins = std::vector<uint8_t>(margins.begin(), margins.end());
-  }
-  object.seconds = baking();
+  BakedObject object = make_object(mesh, {options.method, depth, classifier.samples, options.seed}, counts,
+                                   {std::move(demoted.tree), std::move(*geometry), std::move(clearances)});
+  object.plan = std::move(plan);
+  object.rays = classified->octree.rays;
+  object.seconds = since(start);
+  object.bytes_before_demotion = bytes;
+  object.cells_demoted = demoted.cells_lost;
+  object.out_of_time = classified->out_of_time;
+  if (auto wrong = audit_if_asked(mesh, object, options)) return std::move(*wrong);
   return object;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

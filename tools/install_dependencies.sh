@@ -1,15 +1,34 @@
 #!/usr/bin/env bash
-# Installs what building and testing vcd needs on Debian 12, unless it is all there already. Needs root or sudo.
+# Installs on Debian 12 what vcd needs and is not there yet. Needs root or sudo.
+#
+#   tools/install_dependencies.sh build          to build the libraries and programs, and to use them
+#   tools/install_dependencies.sh test           to test them as well
+#   tools/install_dependencies.sh lab            to build and use tools/lab, and to test it
+#   tools/install_dependencies.sh test lab       all of it
 set -euo pipefail
 
-packages=(
+build=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libboost-dev libdraco-dev libmeshoptimizer-dev
-  libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libgtest-dev
-  libpugixml-dev
-  libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
-  zstd python3 mandoc slurm-wlm munge clang libclang-rt-14-dev llvm
+  libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libpugixml-dev
 )
+test=(
+  libgtest-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge
+)
+lab=(
+  libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
+)
+
+packages=("${build[@]}")
+for list in "${@:-?}"; do
+  case $list in
+    build) ;;
+    test) packages+=("${test[@]}") ;;
+    lab) packages+=("${lab[@]}") ;;
+    *) echo "usage: tools/install_dependencies.sh build|test|lab ..." >&2; exit 1 ;;
+  esac
+done
+
 missing=()
 for package in "${packages[@]}"; do
   dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing+=("$package")

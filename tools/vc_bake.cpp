@@ -26,6 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::baker;
 using namespace vcd::tools;
 using namespace vcd::library;
 

@@ -2,8 +2,8 @@
 #include <cstdio>
 
 #include <vcd/format/contents.h>
-#include <vcd/format/writer.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/writer.h>
 
 #include <vcd/library/find.h>
 #include "common/describe.h"
@@ -44,8 +44,8 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
   for (const ObjectContents& object : contents.objects) {
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
-    if (object.tree.margins)
-      std::printf("  margins   known: segments may begin and end shortly behind the box's faces\n");
+    if (!object.clearance.empty())
+      std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
     if (!object.geometry.empty())
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
   }
@@ -73,7 +73,7 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
   out.stop = interrupted;
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
-    out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry, object.margins()});
+    out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry, object.clearance});
   std::vector<AlignedBytes> kept;
   for (const SectionEntry& section : contents.sections) {
     if (is_known_section(section.type)) continue;
@@ -98,7 +98,7 @@ int run(const Options& options) {
   std::vector<int> codes;
   Json all = Json::array();
   for (const std::string& path : options.files) {
-    const auto sidecar = Sidecar::open(path);
+    const auto sidecar = Sidecar::open(path, {Load::copy});  // a map of a file that somebody truncates raises SIGBUS
     codes.push_back(sidecar ? kExitOk : exit_code(sidecar.error().code));
     if (!sidecar) {
       print_error(sidecar.error().message);

@@ -7,6 +7,7 @@
 #include <vcd/library/find.h>
 
 #include "common/audit_report.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 #include "common/program.h"
 #include "verify/reports.h"
@@ -14,6 +15,7 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::baker;
 using namespace vcd::tools;
 namespace fs = std::filesystem;
 
@@ -147,6 +149,8 @@ void add_options(CLI::App& app, Options& options) {
                  "Refused is what has more with 95 % confidence, so more lines tell closer.\n"
                  "A wrong proven answer is never accepted")
       ->check(NumberRange(0.0, 1.0));
+  app.add_flag("--allow-outside-files", check.ingest.files_outside,
+               "Let a mesh file name files that are not in its folder or below it; for trusted files only");
   app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
   app.add_option("--sarif", options.sarif, "Write a SARIF 2.1.0 report, too")->type_name("PATH");
   app.add_option("--junit", options.junit, "Write a JUnit XML report, too")->type_name("PATH");

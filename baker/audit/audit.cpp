@@ -10,7 +10,7 @@
 
 #include "audit/lines.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint64_t kBatch = 4096;  // segments that share a generator
@@ -94,6 +94,7 @@ AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answer
     const uint64_t lines = lines_of(kind, options.lines);
     std::vector<Batch> batches((lines + kBatch - 1) / kBatch);
     tbb::parallel_for(size_t{0}, batches.size(), [&](size_t b) {
+      if (options.stop && options.stop()) return;
       batches[b] = audit.run(kind, options.seed * 1000003 + b, std::min(kBatch, lines - b * kBatch));
     });
     for (const Batch& batch : batches) {
@@ -138,4 +139,4 @@ double lower_bound_95(uint64_t wrong, uint64_t all) {
   return wrong == 0 ? 0 : mean_of_at_most(wrong - 1, 0.95) / static_cast<double>(all);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

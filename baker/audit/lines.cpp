@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -145,4 +145,4 @@ Segment AuditLines::next() {
   return {};
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

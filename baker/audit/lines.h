@@ -6,7 +6,7 @@
 
 #include <vcd/baker/audit.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 class AuditLines {
  public:
@@ -29,4 +29,4 @@ class AuditLines {
   double radius_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

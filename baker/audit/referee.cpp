@@ -7,7 +7,7 @@
 
 #include "audit/segment_triangle.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr size_t kLeaf = 4;  // triangles that share a box
@@ -104,4 +104,4 @@ void Referee::occluded(std::span<const Segment> segments, std::span<uint8_t> blo
   tbb::parallel_for(size_t{0}, segments.size(), [&](size_t i) { blocked[i] = occluded(segments[i]); });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include <boost/multiprecision/cpp_int.hpp>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 namespace mp = boost::multiprecision;
@@ -143,4 +143,4 @@ bool meets_exactly(const Segment& segment, const Triangle& triangle) {
   return begins_before && ends_after;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

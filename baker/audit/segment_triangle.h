@@ -6,7 +6,7 @@
 #include <vcd/baker/mesh.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 using Triangle = std::array<Position, 3>;
 
@@ -25,4 +25,4 @@ Meeting filter_meeting(const WideSegment& segment, const Triangle& triangle);
 // The same without a doubt, and slowly (microseconds). The triangle must have an area.
 bool meets_exactly(const Segment& segment, const Triangle& triangle);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include "classify/random.h"
 #include "prepare/topology.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using Vec = std::array<double, 3>;
@@ -137,4 +137,4 @@ uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteE
   return count;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include "classify/sheet.h"
 #include "classify/triangle_groups.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // An edge of a silhouette or boundary, or the part of it that is inside a shaft.
 struct SilhouetteEdge {
@@ -28,4 +28,4 @@ void silhouette_edges(const TriangleGroups& groups, const Surface& surface, cons
 // the first eight edges. Returns how many. The same cell and edges give the same rays.
 uint32_t aim_rays(const Cell& cell, uint64_t seed, const std::vector<SilhouetteEdge>& edges, RTCRay16& rays);
 
-}  // namespace vcd
+}  // namespace vcd::baker

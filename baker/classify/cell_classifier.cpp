@@ -1,6 +1,6 @@
 #include "cell_classifier.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 const Candidates& CandidatePath::of(const TriangleGroups& groups, const Cell& cell, const Shaft& shaft) {
   Level& level = levels_[cell.level];
@@ -18,4 +18,4 @@ const Candidates& CandidatePath::of(const TriangleGroups& groups, const Cell& ce
   return level.candidates;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include "classify/sheet.h"
 #include "classify/triangle_groups.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // The clusters that may meet the shafts of a cell and its ancestors, kept from one cell to the next.
 class CandidatePath {
@@ -52,4 +52,4 @@ class CellClassifier {
   virtual uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const = 0;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 enum class Side { misses, crosses, unsure };
@@ -78,4 +78,4 @@ bool crossings(const TriangleGroups& groups, const Candidates& candidates, const
   return sure;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

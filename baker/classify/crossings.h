@@ -7,7 +7,7 @@
 
 #include "classify/triangle_groups.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct Line {
   std::array<double, 3> from, to;  // on or outside the box's faces, grid units
@@ -23,4 +23,4 @@ struct Crossing {
 bool crossings(const TriangleGroups& groups, const Candidates& candidates, const Line& line,
                std::vector<Crossing>& into);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "prepare/topology.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace vcd {
+namespace vcd::baker {
 namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
@@ -183,11 +183,11 @@ bool FloodSurface(const FloodState& state, const Shaft& shaft, uint32_t seed) {
 }
 
 }  // namespace HWY_NAMESPACE
-}  // namespace vcd
+}  // namespace vcd::baker
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
-namespace vcd {
+namespace vcd::baker {
 
 HWY_EXPORT(SelectClusters);
 HWY_EXPORT(TrianglesNear);
@@ -208,5 +208,5 @@ bool flood_surface(const FloodState& state, const Shaft& shaft, uint32_t seed) {
   return HWY_DYNAMIC_DISPATCH(FloodSurface)(state, shaft, seed);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker
 #endif

@@ -9,7 +9,7 @@
 
 #include "classify/shaft.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct alignas(64) TriangleCluster {
   float corner[3][3][kLanes];  // [corner][axis][lane], grid units; spare lanes repeat the last triangle
@@ -67,4 +67,4 @@ struct FloodState {
 // See Surface::flood.
 bool flood_surface(const FloodState& state, const Shaft& shaft, uint32_t seed);
 
-}  // namespace vcd
+}  // namespace vcd::baker

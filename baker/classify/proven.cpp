@@ -8,7 +8,7 @@
 #include "classify/random.h"
 #include "prepare/topology.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Sheets of more triangles are given up: deeper cells see less of them.
@@ -52,14 +52,14 @@ Line line_through(const Cell& cell, const std::array<double, 4>& place) {
 
 }  // namespace
 
-ProvenClassifier::ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options)
+ProvenClassifier::ProvenClassifier(const GridMesh& mesh, const Tracer& tracer, const ProvenOptions& options)
     : seed_(options.seed),
       statistical_tier_(options.statistical_tier),
       tracer_(tracer),
-      triangle_count_(mesh.triangles.size()),
+      triangle_count_(mesh.triangles().size()),
       first_look_(tracer, 16, options.seed),
-      groups_(positions_in_grid(mesh), mesh.triangles),
-      surface_(positions_in_grid(mesh), mesh.triangles, pair_edges(mesh.positions, mesh.triangles)),
+      groups_(mesh.positions, mesh.triangles()),
+      surface_(mesh.positions, mesh.triangles(), pair_edges(mesh.source.positions, mesh.triangles())),
       rays_alone_(options.statistical_tier && proofs_fail()),
       samples_(options.samples ? options.samples
                : rays_alone_   ? 81
@@ -153,4 +153,4 @@ uint32_t ProvenClassifier::classify(const Cell& cell, bool deepest, Workspace& w
   return statistically_blocked(cell, workspace) ? kStatisticallyBlocked : kUnclassified;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

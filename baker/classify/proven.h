@@ -3,13 +3,13 @@
 
 #include <cstdint>
 
-#include <vcd/baker/prepare.h>
 #include <vcd/baker/sampled.h>
 #include <vcd/baker/tracer.h>
 
 #include "classify/cell_classifier.h"
+#include "prepare/grid_mesh.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct ProvenOptions {
   uint64_t seed = 0;
@@ -19,8 +19,8 @@ struct ProvenOptions {
 
 class ProvenClassifier : public CellClassifier {
  public:
-  // The tracer holds the mesh in grid units, and outlives this.
-  ProvenClassifier(const PreparedMesh& mesh, const Tracer& tracer, const ProvenOptions& options);
+  // mesh and its tracer outlive this.
+  ProvenClassifier(const GridMesh& mesh, const Tracer& tracer, const ProvenOptions& options);
 
   uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 
@@ -48,4 +48,4 @@ class ProvenClassifier : public CellClassifier {
   SampledClassifier statistical_, parent_rays_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include <vcd/baker/cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // SplitMix64's output function (Steele, Lea and Flood 2014): counter in, well-mixed 64 bits out.
 inline uint64_t mix_bits(uint64_t x) {
@@ -30,4 +30,4 @@ class CellRandom {
   uint64_t state_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

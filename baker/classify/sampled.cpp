@@ -6,7 +6,7 @@
 
 #include "classify/random.h"
 
-namespace vcd {
+namespace vcd::baker {
 SampledClassifier::SampledClassifier(const Tracer& tracer, uint32_t samples, uint64_t seed)
     : tracer_(tracer),
       samples_(samples),
@@ -83,4 +83,4 @@ CellVerdict SampledClassifier::classify(const Cell& cell, uint64_t& rays) const 
   return any_blocked ? CellVerdict::blocked : CellVerdict::clear;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include "classify/cell_classifier.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 class SampledCells : public CellClassifier {
  public:
@@ -23,4 +23,4 @@ class SampledCells : public CellClassifier {
   SampledClassifier classifier_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include <vcd/format/line_cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 Square square(uint32_t face, uint32_t first, uint32_t second, double width) {
@@ -63,4 +63,4 @@ Shaft make_shaft(const Cell& cell) {
   return shaft;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 
 #include <vcd/baker/cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 inline constexpr uint32_t kShaftPlanes = 12;  // used; the arrays hold sixteen
 inline constexpr uint32_t kLanes = 16;
@@ -25,7 +25,7 @@ struct alignas(64) Shaft {
 
 Shaft make_shaft(const Cell& cell);
 
-// How far, in grid units, what line → cell computes may be from the line that was asked, by proof: spec/design.md,
+// How far, in grid units, what line → cell computes may be from the line that was asked, by proof: spec/proofs.md,
 // "The guard band".
 inline constexpr float kGuardBand = 0.05f;
 // What the floating-point arithmetic of the proofs may lose: likewise.
@@ -37,4 +37,4 @@ struct Square {
 };
 std::array<Square, 2> squares(const Cell& cell);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <utility>
 
-namespace vcd {
+namespace vcd::baker {
 
 Surface::Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
                  std::vector<uint32_t> neighbour)
-    : vertices_(positions.begin(), positions.end()),
-      triangles_(triangles.begin(), triangles.end()),
-      neighbour_(std::move(neighbour)) {}
+    : vertices_(positions), triangles_(triangles), neighbour_(std::move(neighbour)) {}
 
 void Surface::Flood::begin(size_t triangles) {
   stamps_.resize(triangles);
@@ -29,4 +27,4 @@ bool Surface::flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& fl
   return flood_surface(state, shaft, seed);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,11 +10,11 @@
 #include "classify/kernels.h"
 #include "classify/shaft.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 class Surface {
  public:
-  // neighbour: pair_edges() of the triangles. All three are copied.
+  // positions and triangles are referred to and outlive this. neighbour: pair_edges() of the triangles.
   Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
           std::vector<uint32_t> neighbour);
 
@@ -45,9 +45,9 @@ class Surface {
   bool flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const;
 
  private:
-  std::vector<Position> vertices_;
-  std::vector<TriangleIndices> triangles_;
+  std::span<const Position> vertices_;
+  std::span<const TriangleIndices> triangles_;
   std::vector<uint32_t> neighbour_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

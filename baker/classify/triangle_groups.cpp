@@ -6,7 +6,7 @@
 #include <limits>
 #include <numeric>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Splits order[first, last) so that each part but the last is a whole number of `unit` triangles.
@@ -132,4 +132,4 @@ bool triangle_meets(const Shaft& shaft, const Position& p, const Position& q, co
   return true;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include "classify/kernels.h"
 #include "classify/shaft.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Clusters that may meet a shaft.
 using Candidates = std::vector<ClusterMask>;
@@ -44,4 +44,4 @@ class TriangleGroups {
 // Whether a triangle meets a shaft: it is cut by all planes, and something is left.
 bool triangle_meets(const Shaft& shaft, const Position& p, const Position& q, const Position& r);
 
-}  // namespace vcd
+}  // namespace vcd::baker

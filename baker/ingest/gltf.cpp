@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "ingest/check.h"
+#include "ingest/gltf_accessor.h"
 #include "ingest/gltf_buffers.h"
 #include "ingest/gltf_document.h"
 #include "ingest/gltf_left_out.h"
@@ -23,7 +24,10 @@ std::string counted(size_t number, const char* singular, const char* plural) {
 class GltfReader {
  public:
   GltfReader(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options)
-      : options_(options), document_(path, bytes), buffers_(document_), skinned_(find_skinned_meshes(document_)) {}
+      : options_(options),
+        document_(path, bytes),
+        buffers_(document_, options.files_outside),
+        skinned_(find_skinned_meshes(document_)) {}
 
   Ingested read() {
     for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
@@ -39,12 +43,12 @@ class GltfReader {
     const std::string name = mesh.text_or("name", "");
     const std::string place = name.empty() ? mesh.place() : mesh.place() + " " + quoted(name);
     const nlohmann::json& primitives = mesh.array("primitives");
-    if (primitives.empty()) mesh.fail("has no primitives");
-    GltfMeshBuilder builder(document_, buffers_);
+    GltfMeshBuilder builder(document_, buffers_, positions_);
+    LeftOut left_out;
     for (size_t i = 0; i < primitives.size(); ++i) {
       const std::string primitive_place = place + ", primitive " + std::to_string(i);
       try {
-        read_primitive(GltfObject(primitives[i], ""), skinned_[index], primitive_place, builder);
+        read_primitive(GltfObject(primitives[i], ""), skinned_[index], primitive_place, builder, left_out);
       } catch (const GltfFailure& failure) {
         fail_gltf(failure.error.code, primitive_place + ": " + failure.error.message);
       }
@@ -56,9 +60,11 @@ class GltfReader {
     ingested_.meshes.push_back(builder.take());
     ingested_.meshes.back().name = name;
     ingested_.meshes.back().source_index = index;
+    ingested_.meshes.back().left_out = left_out;
   }
 
-  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place, GltfMeshBuilder& builder) {
+  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place, GltfMeshBuilder& builder,
+                      LeftOut& of_mesh) {
     const GltfMode mode = mode_of(primitive);
     if (!makes_triangles(mode)) {
       ++points_or_lines_;
@@ -72,13 +78,21 @@ class GltfReader {
     }
     if (!options_.treat_all_as_opaque) {
       if (const std::optional<GltfLeftOut> left_out = why_left_out(document_, primitive, skinned)) {
-        ++(left_out->because == GltfLeftOutBecause::deforms ? deforming_ : not_opaque_);
+        const bool deforms = left_out->because == GltfLeftOutBecause::deforms;
+        ++(deforms ? deforming_ : not_opaque_);
+        ++(deforms ? of_mesh.deforming : of_mesh.not_opaque);
         note(place + " left out: " + left_out->reason);
         return;
       }
     }
-    const size_t unused = builder.append(primitive);
-    if (unused > 0) note(place + ": the last " + std::to_string(unused) + " of its vertices form no triangle");
+    const std::optional<uint32_t> indices = primitive.index("indices");
+    if (is_empty_accessor(document_, primitive.required_object("attributes").required_index("POSITION")) ||
+        (indices && is_empty_accessor(document_, *indices))) {
+      ++empty_;
+      note(place + " passed over: it has no vertex");
+      return;
+    }
+    for (const std::string& odd : builder.append(primitive)) note(place + ": " + odd);
   }
 
   std::string summary() const {
@@ -90,6 +104,7 @@ class GltfReader {
     count(deforming_, "left out as deforming");
     count(points_or_lines_, "passed over as points or lines");
     count(without_position_, "passed over without POSITION");
+    count(empty_, "passed over without a vertex");
     return text;
   }
 
@@ -98,12 +113,14 @@ class GltfReader {
   IngestOptions options_;
   GltfDocument document_;
   GltfBuffers buffers_;
+  GltfPositions positions_{document_, buffers_};
   std::vector<bool> skinned_;
   Ingested ingested_;
   size_t not_opaque_ = 0;
   size_t deforming_ = 0;
   size_t points_or_lines_ = 0;
   size_t without_position_ = 0;
+  size_t empty_ = 0;
 };
 
 }  // namespace

@@ -141,7 +141,10 @@ std::vector<uint8_t> read_elements(GltfBuffers& buffers, const Accessor& accesso
   std::vector<uint8_t> dense;
   if (const std::optional<uint32_t> view_index = object.index("bufferView")) {
     const GltfView view = buffers.view(*view_index);
-    if (view.stride && !may_interleave) object.fail("its buffer view must not have a byteStride");
+    // For indices it is not allowed, and taken where it says what holds anyway, or where its meaning is plain.
+    const bool plain = view.stride && *view.stride % 4 == 0;
+    if (view.stride && !plain && (may_interleave || *view.stride != accessor.element_size))
+      object.fail("byteStride " + std::to_string(*view.stride) + " is not a multiple of 4 from 4 to 252");
     dense = gather(object, view.bytes,
                    {object.integer_or("byteOffset", 0), view.stride.value_or(accessor.element_size),
                     accessor.element_size, accessor.component_size, accessor.count});
@@ -186,6 +189,10 @@ float dequantize(float component, GltfElementType type) {
 GltfPositionAccessor check_position_accessor(const GltfDocument& document, uint32_t accessor) {
   const Accessor checked = position_accessor(document, accessor);
   return {checked.type, checked.count};
+}
+
+bool is_empty_accessor(const GltfDocument& document, uint32_t accessor) {
+  return document.element("accessors", accessor).integer("count") == 0;
 }
 
 uint64_t check_index_accessor(const GltfDocument& document, uint32_t accessor) {

@@ -32,6 +32,8 @@ struct GltfPositionAccessor {
 };
 GltfPositionAccessor check_position_accessor(const GltfDocument& document, uint32_t accessor);
 
+bool is_empty_accessor(const GltfDocument& document, uint32_t accessor);  // its count is 0
+
 // How many indices an accessor declares; it must be a SCALAR of unsigned integers.
 uint64_t check_index_accessor(const GltfDocument& document, uint32_t accessor);
 

@@ -1,9 +1,12 @@
 #include "ingest/gltf_buffers.h"
 
+#include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "ingest/gltf_meshopt.h"
 #include "ingest/gltf_uri.h"
+#include "ingest/what_else.h"
 
 namespace vcd {
 
@@ -17,10 +20,20 @@ std::optional<GltfObject> compression_of(const GltfObject& view) {
 std::optional<uint32_t> stride_of(const GltfObject& view) {
   if (!view.has("byteStride")) return std::nullopt;
   const uint64_t stride = view.integer("byteStride");
-  if (stride < 4 || stride > 252 || stride % 4 != 0) {
-    view.fail("byteStride " + std::to_string(stride) + " is not a multiple of 4 from 4 to 252");
-  }
+  if (stride == 0) return std::nullopt;  // not allowed, but written for "no gaps", as other formats have it
+  if (stride > 252) view.fail("byteStride " + std::to_string(stride) + " is more than 252");
   return static_cast<uint32_t>(stride);
+}
+
+// Whether a relative name means a file elsewhere than below the folder, by itself or by a link on its way. A file that
+// does not exist is judged by its name.
+bool leads_outside(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path root = fs::canonical(folder.empty() ? "." : folder, error);
+  const fs::path file = error ? fs::path() : fs::weakly_canonical(root / name, error);
+  if (error) return true;
+  return std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first != root.end();
 }
 
 }  // namespace
@@ -71,6 +84,8 @@ std::span<const uint8_t> GltfBuffers::buffer(uint32_t index) {
     fail_gltf(ErrorCode::io, buffer.place() + ": has no uri, its data is missing");
   }
   if (length > bytes.size()) {
+    const char* what = uri.empty() ? nullptr : what_else({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    if (what != nullptr) buffer.fail("the file " + quoted(uri) + " " + what);
     buffer.fail("byteLength is " + std::to_string(length) + ", the data has " + std::to_string(bytes.size()));
   }
   return bytes.first(length);
@@ -83,6 +98,11 @@ std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::stri
   }
   const std::string name = percent_decode(uri);
   if (name.find('\0') != std::string::npos) buffer.fail("the uri holds a zero byte");
+  if (!files_outside_ && leads_outside(document_.folder(), name)) {
+    fail_gltf(ErrorCode::unsupported, buffer.place() + ": the uri " + quoted(uri) +
+                                          " leads out of the file's folder; that is read only where outside files "
+                                          "are allowed (--allow-outside-files)");
+  }
   Result<std::string> bytes = read_file(document_.folder() / name);
   if (!bytes) fail_gltf(bytes.error().code, bytes.error().message);
   files_.push_back({name, content_hash(*bytes)});

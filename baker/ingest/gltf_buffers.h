@@ -15,19 +15,22 @@ namespace vcd {
 
 struct GltfView {
   std::span<const uint8_t> bytes;  // lives as long as its GltfBuffers
-  std::optional<uint32_t> stride;  // byteStride as the file gives it: a multiple of 4 from 4 to 252
+  std::optional<uint32_t> stride;  // byteStride, 1 to 252; nothing where it is absent or 0
 };
 
 // Fetching late means that a buffer which only textures or animations use may be missing, and that the
 // placeholder behind a compressed view, which holds no data, is never touched.
 class GltfBuffers {
  public:
-  explicit GltfBuffers(const GltfDocument& document) : document_(document) {}
+  // files_outside: may URIs lead out of the document's folder?
+  explicit GltfBuffers(const GltfDocument& document, bool files_outside = false)
+      : document_(document), files_outside_(files_outside) {}
   GltfBuffers(const GltfBuffers&) = delete;
   GltfBuffers& operator=(const GltfBuffers&) = delete;
 
   // Throws GltfFailure: invalid_file (no such view, a range outside its buffer, broken compression), io (a
-  // file that cannot be read), unsupported (a remote URI, an unknown compression).
+  // file that cannot be read), unsupported (a URI of another scheme or out of the folder, an
+  // unknown compression).
   GltfView view(uint32_t index);
 
   const std::vector<SourceFile>& files() const { return files_; }  // that were read so far, in that order
@@ -40,6 +43,7 @@ class GltfBuffers {
   std::span<const uint8_t> decompressed(uint32_t index, const GltfObject& view, const GltfObject& extension);
 
   const GltfDocument& document_;
+  bool files_outside_;
   std::vector<SourceFile> files_;
   std::map<uint32_t, std::string> loaded_;                 // by buffer; a map keeps its elements in place
   std::map<uint32_t, std::vector<uint8_t>> decompressed_;  // by view

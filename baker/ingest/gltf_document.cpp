@@ -1,5 +1,6 @@
 #include "ingest/gltf_document.h"
 
+#include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstring>
@@ -7,7 +8,6 @@
 #include <utility>
 
 #include "ingest/gltf_extensions.h"
-#include "ingest/text.h"
 
 namespace vcd {
 
@@ -66,6 +66,24 @@ GlbChunks split_glb(std::span<const uint8_t> file) {
   return chunks;
 }
 
+// "line 3, column 7: ", both counted from 1; columns are bytes.
+std::string place_in(std::span<const uint8_t> text, size_t bytes_read) {
+  const auto before = text.first(std::min(bytes_read > 0 ? bytes_read - 1 : 0, text.size()));
+  const auto line = std::count(before.begin(), before.end(), '\n') + 1;
+  const auto column = std::find(before.rbegin(), before.rend(), '\n') - before.rbegin() + 1;
+  return "line " + std::to_string(line) + ", column " + std::to_string(column) + ": ";
+}
+
+// Of "[json.exception.parse_error.101] parse error at line 1, column 2: reason; last read: …" the reason.
+std::string reason_of(const std::string& what) {
+  size_t begin = what.find("column ");
+  begin = begin == std::string::npos ? what.find("] ") : what.find(": ", begin);
+  std::string reason = begin == std::string::npos ? what : what.substr(begin + 2);
+  for (char& c : reason)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
+  return reason;
+}
+
 struct Version {
   int major = 0;
   int minor = 0;
@@ -111,8 +129,13 @@ std::span<const uint8_t> as_bytes(std::string_view bytes) {
 GltfDocument::GltfDocument(const std::filesystem::path& path, std::string_view bytes)
     : folder_(path.parent_path()), file_(as_bytes(bytes)) {
   split_container();
-  json_ = json::parse(json_text_.begin(), json_text_.end(), nullptr, /*allow_exceptions=*/false);
-  if (json_.is_discarded()) fail_invalid("the JSON is malformed");
+  try {
+    json_ = json::parse(json_text_.begin(), json_text_.end());
+  } catch (const json::parse_error& error) {
+    fail_invalid("the JSON is malformed: " + place_in(json_text_, error.byte) + reason_of(error.what()));
+  } catch (const json::exception& error) {
+    fail_invalid("the JSON is malformed: " + reason_of(error.what()));
+  }
   const GltfObject document(json_, "");
   check_version(document, json_);
   check_required_extensions(document.array("extensionsRequired"));
@@ -129,6 +152,9 @@ void GltfDocument::split_container() {
   } else {
     const bool begins_as_json =
         !file.empty() && std::string_view("{ \t\r\n\xEF").find(file_[0]) != std::string_view::npos;
+    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+      fail_gltf(ErrorCode::unsupported, "UTF-16 text; the JSON of glTF is UTF-8");
     if (!begins_as_json) fail_invalid("neither GLB, which begins with \"glTF\", nor JSON");
     json_text_ = file;
   }

@@ -28,9 +28,14 @@ GltfObject::GltfObject(const json& value, std::string place) : value_(&value), p
   if (!value.is_object()) fail("is not a JSON object");
 }
 
-uint64_t GltfObject::integer(const char* key) const {
+const json* GltfObject::find(const char* key) const {
   const auto found = value_->find(key);
-  if (found == value_->end()) fail(std::string("has no ") + key);
+  return found == value_->end() || found->is_null() ? nullptr : &*found;
+}
+
+uint64_t GltfObject::integer(const char* key) const {
+  const json* found = find(key);
+  if (found == nullptr) fail(std::string("has no ") + key);
   if (!found->is_number_unsigned()) fail(std::string(key) + " is not a non-negative integer");
   const uint64_t value = found->get<uint64_t>();
   if (value > uint64_t{1} << 53) fail(std::string(key) + " is above 2^53");
@@ -51,29 +56,29 @@ uint32_t GltfObject::required_index(const char* key) const {
 }
 
 bool GltfObject::flag(const char* key) const {
-  const auto found = value_->find(key);
-  if (found == value_->end()) return false;
+  const json* found = find(key);
+  if (found == nullptr) return false;
   if (!found->is_boolean()) fail(std::string(key) + " is not true or false");
   return found->get<bool>();
 }
 
 double GltfObject::number_or(const char* key, double missing) const {
-  const auto found = value_->find(key);
-  if (found == value_->end()) return missing;
+  const json* found = find(key);
+  if (found == nullptr) return missing;
   if (!found->is_number()) fail(std::string(key) + " is not a number");
   return found->get<double>();
 }
 
 std::string GltfObject::text_or(const char* key, const char* missing) const {
-  const auto found = value_->find(key);
-  if (found == value_->end()) return missing;
+  const json* found = find(key);
+  if (found == nullptr) return missing;
   if (!found->is_string()) fail(std::string(key) + " is not a string");
   return found->get<std::string>();
 }
 
 std::optional<GltfObject> GltfObject::object(const char* key) const {
-  const auto found = value_->find(key);
-  if (found == value_->end()) return std::nullopt;
+  const json* found = find(key);
+  if (found == nullptr) return std::nullopt;
   return GltfObject(*found, place_of(key));
 }
 
@@ -84,15 +89,15 @@ GltfObject GltfObject::required_object(const char* key) const {
 }
 
 std::optional<GltfObject> GltfObject::extension(const char* name) const {
-  const auto extensions = value_->find("extensions");
-  if (extensions == value_->end()) return std::nullopt;
+  const json* extensions = find("extensions");
+  if (extensions == nullptr) return std::nullopt;
   return GltfObject(*extensions, place_of("extensions")).object(name);
 }
 
 const json& GltfObject::array(const char* key) const {
   static const json empty = json::array();
-  const auto found = value_->find(key);
-  if (found == value_->end()) return empty;
+  const json* found = find(key);
+  if (found == nullptr) return empty;
   if (!found->is_array()) fail(std::string(key) + " is not an array");
   return *found;
 }

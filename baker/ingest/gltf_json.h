@@ -23,14 +23,14 @@ struct GltfFailure {
 // A name from the file, quoted for a message: control characters become spaces, long names are cut.
 std::string quoted(const std::string& name);
 
-// A JSON object and the words that name it in messages ("accessor 3"). Refers to the document; copy it
-// freely.
+// A JSON object and the words that name it in messages ("accessor 3"). A property that is null counts as absent. Refers
+// to the document; copy it freely.
 class GltfObject {
  public:
   GltfObject(const nlohmann::json& value, std::string place);  // throws unless it is an object
 
   const std::string& place() const { return place_; }
-  bool has(const char* key) const { return value_->contains(key); }
+  bool has(const char* key) const { return find(key) != nullptr; }
 
   // Integers must be written as such (no 1.0), must not be negative, and must not exceed 2^53.
   uint64_t integer(const char* key) const;  // required
@@ -51,6 +51,7 @@ class GltfObject {
   [[noreturn]] void fail(const std::string& reason) const;  // invalid_file, "accessor 3: reason"
 
  private:
+  const nlohmann::json* find(const char* key) const;
   std::string place_of(const char* child) const { return place_.empty() ? child : place_ + ", " + child; }
 
   const nlohmann::json* value_;

@@ -48,23 +48,31 @@ std::array<double, kCount> numbers_or(const GltfObject& node, const char* key,
   return numbers;
 }
 
-Matrix given_matrix(const GltfObject& node) {
-  for (const char* key : {"translation", "rotation", "scale"}) {
-    if (node.has(key)) node.fail(std::string("has both a matrix and a ") + key);
-  }
+// Exporters round: what is as near to 0, 0, 0, 1 as floats are exact, is it.
+constexpr double kLastRow = 1e-5;
+
+// `odd` gets what is wrong with the node and without consequence, a clause, or stays empty.
+Matrix given_matrix(const GltfObject& node, std::string& odd) {
   const auto m = numbers_or<16>(node, "matrix", {});  // column-major
-  if (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1) node.fail("the last row of its matrix is not 0, 0, 0, 1");
+  for (const char* key : {"translation", "rotation", "scale"})
+    if (node.has(key)) odd = std::string("has both a matrix and a ") + key + "; the matrix taken";
+  const bool affine = std::fabs(m[3]) <= kLastRow && std::fabs(m[7]) <= kLastRow && std::fabs(m[11]) <= kLastRow &&
+                      std::fabs(m[15] - 1) <= kLastRow;
+  if (!affine) odd = "the last row of its matrix is not 0, 0, 0, 1; taken as if it were";
   return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
 }
 
-Matrix local_transform(const GltfObject& node) {
-  if (node.has("matrix")) return given_matrix(node);
+Matrix local_transform(const GltfObject& node, std::string& odd) {
+  if (node.has("matrix")) return given_matrix(node, odd);
   const auto t = numbers_or<3>(node, "translation", {0, 0, 0});
-  const auto q = numbers_or<4>(node, "rotation", {0, 0, 0, 1});
+  auto q = numbers_or<4>(node, "rotation", {0, 0, 0, 1});
   const auto s = numbers_or<3>(node, "scale", {1, 1, 1});
   // The quaternions of files are rounded; dividing by the length makes them turn and nothing else.
-  const double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
-  if (!std::isnormal(length2)) node.fail("rotation is not a unit quaternion");
+  double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+  if (!std::isnormal(length2)) {
+    odd = "its rotation has no direction; taken as none";
+    q = {0, 0, 0, 1}, length2 = 1;
+  }
   const double f = 2 / length2;
   const auto [x, y, z, w] = q;
   const std::array<double, 3> row_x = {1 - f * (y * y + z * z), f * (x * y - z * w), f * (x * z + y * w)};
@@ -107,6 +115,7 @@ class NodeReader {
   struct Node {
     std::optional<uint32_t> parent;
     bool in_scene = false;
+    bool lost = false;            // hangs on a cycle
     Matrix to_scene = kIdentity;  // once it and its ancestors have been read
   };
 
@@ -128,38 +137,43 @@ class NodeReader {
     return static_cast<uint32_t>(index);
   }
 
+  // The first parent that names a node is its parent.
   void find_parents() {
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
       const GltfObject parent = node(index);
       for (const json& entry : parent.array("children")) {
         const uint32_t child = node_index(entry, parent, "children");
-        if (const std::optional<uint32_t>& other = nodes_[child].parent) {
-          node(child).fail("is a child of node " + std::to_string(*other) + " and again of node " +
-                           std::to_string(index));
+        if (!nodes_[child].parent) {
+          nodes_[child].parent = index;
+        } else if (*nodes_[child].parent != index) {
+          note(node(child).place() + ": is a child of node " + std::to_string(*nodes_[child].parent) +
+               " and again of node " + std::to_string(index) + "; the first taken");
         }
-        nodes_[child].parent = index;
       }
     }
   }
 
   // As each node has one parent at most, what cannot be reached from a node without one hangs on a cycle.
   void sort_parents_first() {
+    std::vector<bool> passed(nodes_.size());
+    const auto pass = [&](uint32_t index) {
+      if (!passed[index]) parents_first_.push_back(index);
+      passed[index] = true;
+    };
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
-      if (!nodes_[index].parent) parents_first_.push_back(index);
+      if (!nodes_[index].parent) pass(index);
     }
     for (size_t i = 0; i < parents_first_.size(); ++i) {
-      for (const json& child : node(parents_first_[i]).array("children"))
-        parents_first_.push_back(child.get<uint32_t>());
+      const uint32_t parent = parents_first_[i];
+      for (const json& entry : node(parent).array("children")) {
+        if (const auto child = entry.get<uint32_t>(); nodes_[child].parent == parent) pass(child);
+      }
     }
-    if (parents_first_.size() < nodes_.size()) fail_for_a_cycle();
-  }
-
-  [[noreturn]] void fail_for_a_cycle() const {
-    std::vector<bool> passed(nodes_.size());
-    for (const uint32_t index : parents_first_) passed[index] = true;
-    auto index = static_cast<uint32_t>(std::find(passed.begin(), passed.end(), false) - passed.begin());
-    for (; !passed[index]; index = *nodes_[index].parent) passed[index] = true;
-    node(index).fail("is its own ancestor");
+    for (uint32_t index = 0; index < nodes_.size(); ++index) {
+      if (passed[index]) continue;
+      nodes_[index].lost = true;
+      note(node(index).place() + " left out: it hangs on a cycle of nodes");
+    }
   }
 
   void mark_roots_of_scene() {
@@ -171,19 +185,20 @@ class NodeReader {
     const GltfObject scene = document_.element("scenes", chosen.value_or(0));
     for (const json& entry : scene.array("nodes")) {
       const uint32_t root = node_index(entry, scene, "nodes");
-      if (nodes_[root].parent) {
-        node(root).fail("is a root of " + scene.place() + " and a child of node " +
-                        std::to_string(*nodes_[root].parent));
+      if (nodes_[root].parent && !nodes_[root].lost) {
+        note(node(root).place() + ": is a root of " + scene.place() + " and a child of node " +
+             std::to_string(*nodes_[root].parent) + ", in whose frame it stands");
       }
-      nodes_[root].in_scene = true;
+      nodes_[root].in_scene = !nodes_[root].lost;
     }
   }
 
   void find_transform(uint32_t index) {
     Node& here = nodes_[index];
-    if (here.parent) here.in_scene = nodes_[*here.parent].in_scene;
-    if (!here.in_scene) return;
-    const Matrix local = local_transform(node(index));
+    if (here.parent && nodes_[*here.parent].in_scene) here.in_scene = true;
+    std::string odd;
+    const Matrix local = local_transform(node(index), odd);
+    if (here.in_scene && !odd.empty()) note(node(index).place() + ": " + odd);
     here.to_scene = here.parent ? product(nodes_[*here.parent].to_scene, local) : local;
   }
 

@@ -1,5 +1,6 @@
 #include "ingest/gltf_primitive.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <string>
@@ -55,39 +56,88 @@ GltfMode mode_of(const GltfObject& primitive) {
 
 bool makes_triangles(GltfMode mode) { return mode >= GltfMode::triangles; }
 
-size_t GltfMeshBuilder::append(const GltfObject& primitive) {
-  const uint32_t positions = primitive.required_object("attributes").required_index("POSITION");
-  const std::optional<GltfObject> draco = primitive.extension("KHR_draco_mesh_compression");
-  if (!draco) return append_plain(primitive, positions);
-  append_draco(primitive, positions, *draco);
-  return 0;
+// What is malformed does not count here; it is an error once it is read.
+GltfPositions::GltfPositions(const GltfDocument& document, GltfBuffers& buffers)
+    : document_(document), buffers_(buffers) {
+  static const nlohmann::json::json_pointer position("/attributes/POSITION");
+  for (const nlohmann::json& mesh : document.array("meshes")) {
+    if (!mesh.is_object() || !mesh.contains("primitives")) continue;
+    for (const nlohmann::json& primitive : mesh["primitives"]) {
+      if (!primitive.is_object() || !primitive.contains(position)) continue;
+      const nlohmann::json& accessor = primitive[position];
+      if (accessor.is_number_unsigned() && accessor.get<uint64_t>() <= UINT32_MAX)
+        ++uses_left_[accessor.get<uint32_t>()];
+    }
+  }
 }
 
-size_t GltfMeshBuilder::append_plain(const GltfObject& primitive, uint32_t position_accessor) {
-  if (!placed_.contains(position_accessor)) {
-    const std::vector<Position> positions = read_positions(document_, buffers_, position_accessor);
-    check_finite(positions, position_accessor);
-    placed_[position_accessor] = {append_positions(positions), static_cast<uint32_t>(positions.size())};
+const std::vector<Position>& GltfPositions::of(uint32_t accessor) {
+  auto kept = kept_.find(accessor);
+  if (kept == kept_.end()) {
+    kept = kept_.emplace(accessor, read_positions(document_, buffers_, accessor)).first;
+    check_finite(kept->second, accessor);
   }
-  const Placed placed = placed_[position_accessor];
+  uint32_t& uses_left = uses_left_[accessor];
+  if (uses_left > 1) {
+    --uses_left;
+    return kept->second;
+  }
+  last_ = std::move(kept->second);
+  kept_.erase(kept);
+  return last_;
+}
+
+std::vector<std::string> GltfMeshBuilder::append(const GltfObject& primitive) {
+  odd_.clear();
+  const uint32_t positions = primitive.required_object("attributes").required_index("POSITION");
+  if (const std::optional<GltfObject> draco = primitive.extension("KHR_draco_mesh_compression"))
+    append_draco(primitive, positions, *draco);
+  else append_plain(primitive, positions);
+  return std::move(odd_);
+}
+
+void GltfMeshBuilder::append_plain(const GltfObject& primitive, uint32_t position_accessor) {
+  const std::vector<Position>& positions = positions_.of(position_accessor);
   std::vector<uint32_t> indices;
   if (const std::optional<uint32_t> index_accessor = primitive.index("indices")) {
     indices = read_indices(document_, buffers_, *index_accessor);
-    check_in_range(indices, placed.count, *index_accessor);
+    check_in_range(indices, static_cast<uint32_t>(positions.size()), *index_accessor);
   } else {
-    indices.resize(placed.count);
+    indices.resize(positions.size());
     std::iota(indices.begin(), indices.end(), 0u);
+  }
+  uint32_t first = 0;
+  const auto placed = placed_.find(position_accessor);
+  if (placed != placed_.end()) {
+    first = placed->second;
+  } else if (indices.size() < positions.size() / 4) {
+    append_used(positions, indices);
+  } else {
+    first = placed_[position_accessor] = append_positions(positions);
   }
   const GltfMode mode = mode_of(primitive);
   const uint32_t count = triangle_count_of(mode, indices.size());
   mesh_.triangles.reserve(mesh_.triangles.size() + count);
   for (uint32_t triangle = 0; triangle < count; ++triangle) {
     TriangleIndices corners = corners_of(mode, triangle);
-    for (uint32_t& corner : corners) corner = placed.first + indices[corner];
+    for (uint32_t& corner : corners) corner = first + indices[corner];
     mesh_.triangles.push_back(corners);
   }
-  if (count == 0) return indices.size();
-  return mode == GltfMode::triangles ? indices.size() % 3 : 0;
+  const size_t unused = mode == GltfMode::triangles ? indices.size() % 3 : count == 0 ? indices.size() : 0;
+  if (unused > 0) odd_.push_back("the last " + std::to_string(unused) + " of its vertices form no triangle");
+}
+
+// Appends the positions that the indices name, and makes the indices name those: so the cost is that of what is used.
+void GltfMeshBuilder::append_used(const std::vector<Position>& positions, std::vector<uint32_t>& indices) {
+  std::vector<uint32_t> used = indices;
+  std::sort(used.begin(), used.end());
+  used.erase(std::unique(used.begin(), used.end()), used.end());
+  std::vector<Position> kept;
+  kept.reserve(used.size());
+  for (const uint32_t index : used) kept.push_back(positions[index]);
+  const uint32_t first = append_positions(kept);
+  for (uint32_t& index : indices)
+    index = first + static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), index) - used.begin());
 }
 
 void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t position_accessor,
@@ -100,15 +150,17 @@ void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t positio
   if (!decoded) fail_gltf(decoded.error().code, decoded.error().message);
   std::vector<Position>& positions = decoded->positions;
   if (positions.size() != declared.count) {
-    fail_invalid("the Draco stream holds " + std::to_string(positions.size()) + " vertices, accessor " +
-                 std::to_string(position_accessor) + " declares " + std::to_string(declared.count));
+    odd_.push_back("the Draco stream holds " + std::to_string(positions.size()) + " vertices, though accessor " +
+                   std::to_string(position_accessor) + " declares " + std::to_string(declared.count) +
+                   "; those of the stream taken");
   }
   const std::optional<uint32_t> index_accessor = primitive.index("indices");
   if (index_accessor && mode_of(primitive) == GltfMode::triangles) {
     const uint64_t index_count = check_index_accessor(document_, *index_accessor);
     if (index_count != 3 * uint64_t{decoded->triangles.size()}) {
-      fail_invalid("the Draco stream holds " + std::to_string(decoded->triangles.size()) + " triangles, accessor " +
-                   std::to_string(*index_accessor) + " declares " + std::to_string(index_count) + " indices");
+      odd_.push_back("the Draco stream holds " + std::to_string(decoded->triangles.size()) +
+                     " triangles, though accessor " + std::to_string(*index_accessor) + " declares " +
+                     std::to_string(index_count) + " indices; those of the stream taken");
     }
   }
   const bool declared_as_integers = declared.type.component != GltfComponent::float32;

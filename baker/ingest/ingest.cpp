@@ -12,6 +12,7 @@
 #include "ingest/off.h"
 #include "ingest/ply.h"
 #include "ingest/stl.h"
+#include "ingest/what_else.h"
 
 namespace vcd {
 namespace {
@@ -45,6 +46,28 @@ std::string known_extensions() {
   return list;
 }
 
+// A binary STL file may begin with anything; its size tells it.
+bool is_binary_stl(const std::filesystem::path& path, std::string_view bytes) {
+  return reader_for(path) == ingest_stl && size_fits_binary_stl(bytes);
+}
+
+// Coordinates that are floats already: subtracted from in double, rounded once. The placements take it back, so that
+// the meshes stand where they stood.
+void shift_all(Ingested& ingested, const std::array<double, 3>& shift) {
+  for (SourceMesh& mesh : ingested.meshes) {
+    mesh.shift = shift;
+    for (Position& position : mesh.positions)
+      for (size_t axis = 0; axis < 3; ++axis) position[axis] = static_cast<float>(position[axis] - shift[axis]);
+  }
+  for (Placement& placement : ingested.placements) {
+    for (size_t row = 0; row < 12; row += 4) {
+      double moved = placement.transform[row + 3];
+      for (size_t axis = 0; axis < 3; ++axis) moved += placement.transform[row + axis] * shift[axis];
+      placement.transform[row + 3] = static_cast<float>(moved);
+    }
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> mesh_extensions() {
@@ -61,8 +84,12 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
   }
   const Result<std::string> bytes = read_file(path);
   if (!bytes) return bytes.error();
+  if (const char* what = what_else(*bytes); what && !is_binary_stl(path, *bytes))
+    return file_error(path, ErrorCode::invalid_file, what);
   Result<Ingested> result = read(path, *bytes, options);
   if (!result) return result;
+  if (options.shift != std::array<double, 3>{} && (read == ingest_gltf || read == ingest_drc))
+    shift_all(*result, options.shift);
   result->sources.insert(result->sources.begin(), {path.filename().string(), content_hash(*bytes)});
   if (options.placements && read != ingest_gltf) {
     for (uint32_t i = 0; i < result->meshes.size(); ++i) result->placements.push_back({.mesh = i});

@@ -16,11 +16,15 @@ namespace {
 constexpr std::string_view kSilent[] = {"vt",     "vn",  "g",      "o",      "s",     "mg",       "usemtl",
                                         "mtllib", "lod", "maplib", "usemap", "bevel", "c_interp", "d_interp"};
 
-// Statements whose rest is a name or a remark: a '\' at their end is part of it ("mtllib C:\models\"), and
-// joining the next line to them would swallow a vertex or a face.
-bool ends_with_its_line(std::string_view line) {
-  const std::string_view keyword = Words(line).next();
-  return keyword.starts_with('#') || keyword == "g" || keyword == "o" || keyword == "usemtl" || keyword == "mtllib";
+// Statements of numbers, which a '\' at the end of a line continues on the next. Elsewhere it belongs to a name
+// ("mtllib C:\models\") or to a remark, and joining the next line would swallow a vertex or a face.
+constexpr std::string_view kContinued[] = {"v",     "vt",   "vn",   "vp",   "p",    "l",    "f",  "fo",  "curv",
+                                           "curv2", "surf", "parm", "trim", "hole", "scrv", "sp", "bmat"};
+
+bool goes_on(std::string_view line) { return line.ends_with('\\') && line.find('#') == std::string_view::npos; }
+
+bool may_go_on(std::string_view line) {
+  return std::find(std::begin(kContinued), std::end(kContinued), Words(line).next()) != std::end(kContinued);
 }
 
 // Counts statements that are passed over, for one note each kind.
@@ -84,9 +88,9 @@ class ObjReader {
   bool next_statement(std::string_view& line, std::string& joined) {
     if (!lines_.next(line)) return false;
     first_line_ = lines_.number();
-    if (!line.ends_with('\\') || ends_with_its_line(line)) return true;
+    if (!goes_on(line) || !may_go_on(line)) return true;
     joined.clear();
-    while (line.ends_with('\\')) {
+    while (goes_on(line)) {
       joined.append(line.substr(0, line.size() - 1)).append(" ");
       if (!lines_.next(line)) line = {};
     }
@@ -112,14 +116,14 @@ class ObjReader {
   }
 
   std::string vertex(Words& words, PolygonSoup& soup) {
-    Position position;
+    Coordinates position;
     std::string reason = parse_position(words, position);
     // Weight and colour are of no use here, but what is not even a number betrays a line that lost its end.
     for (std::string_view word; reason.empty() && !(word = words.next()).empty();) {
       if (!parse_float(word)) reason = in_quotes(word) + " is not a number";
     }
     if (!reason.empty()) return "vertex " + std::to_string(soup.positions.size() + 1) + ": " + reason;
-    soup.positions.push_back(position);
+    soup.add_position(position);
     return "";
   }
 
@@ -157,12 +161,13 @@ class ObjReader {
 
 }  // namespace
 
-Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options) {
   if (is_wide_text(bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
   PolygonSoup soup;
+  soup.shift = options.shift;
   const std::string reason = ObjReader(without_byte_order_mark(bytes)).read(soup);
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
-  return mesh_from_soup(path, std::move(soup));
+  return mesh_from_soup(path, std::move(soup), options);
 }
 
 }  // namespace vcd

@@ -90,7 +90,7 @@ class OffReader {
     soup.positions.reserve(vertex_count_);
     for (uint64_t i = 0; i < vertex_count_; ++i) {
       words_ = Words({});
-      Position position;
+      Coordinates position;
       std::string reason;
       for (int axis = 0; axis < 3 && reason.empty(); ++axis) {
         const std::string_view word = next_word();
@@ -100,7 +100,7 @@ class OffReader {
       while (!words_.next().empty()) ++extras;
       if (reason.empty() && extras > kMostExtras) reason = "too many numbers on its line";
       if (!reason.empty()) return "vertex " + std::to_string(i) + ": " + reason;
-      soup.positions.push_back(position);
+      soup.add_position(position);
     }
     return "";
   }
@@ -148,13 +148,14 @@ class OffReader {
 
 }  // namespace
 
-Result<Ingested> ingest_off(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+Result<Ingested> ingest_off(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options) {
   if (is_wide_text(bytes)) return file_error(path, ErrorCode::unsupported, "UTF-16 text or no text at all");
   PolygonSoup soup;
+  soup.shift = options.shift;
   ErrorCode code = ErrorCode::invalid_file;
   const std::string reason = OffReader(without_byte_order_mark(bytes)).read(soup, code);
   if (!reason.empty()) return file_error(path, code, reason);
-  return mesh_from_soup(path, std::move(soup));
+  return mesh_from_soup(path, std::move(soup), options);
 }
 
 }  // namespace vcd

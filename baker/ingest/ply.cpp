@@ -91,7 +91,7 @@ class PlyBody {
   }
 
   std::string one(const PlyElement& element, const std::vector<Role>& roles) {
-    Position position = {0, 0, 0};
+    Coordinates position;
     for (size_t i = 0; i < roles.size(); ++i) {
       const PlyProperty& property = element.properties[i];
       std::string reason;
@@ -104,7 +104,7 @@ class PlyBody {
       }
       if (!reason.empty()) return reason;
     }
-    if (element.name == "vertex") soup_.positions.push_back(position);
+    if (element.name == "vertex") soup_.add_position(position);
     return "";
   }
 
@@ -176,17 +176,18 @@ class PlyBody {
 
 }  // namespace
 
-Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view file, const IngestOptions&) {
+Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view file, const IngestOptions& options) {
   const std::string_view bytes = without_byte_order_mark(file);
   PlyHeader header;
   PolygonSoup soup;
+  soup.shift = options.shift;
   std::string reason = parse_ply_header(bytes, header);
   if (reason.empty()) {
     reason = header.encoding == PlyHeader::Encoding::ascii ? PlyBody<PlyTextCursor>(bytes, header, soup).read()
                                                            : PlyBody<PlyBinaryCursor>(bytes, header, soup).read();
   }
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
-  return mesh_from_soup(path, std::move(soup));
+  return mesh_from_soup(path, std::move(soup), options);
 }
 
 }  // namespace vcd

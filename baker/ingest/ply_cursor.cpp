@@ -48,10 +48,7 @@ void PlyTextCursor::end_element() {
   if (long_lines_++ == 0) first_long_line_ = lines_.number();
 }
 
-std::string PlyTextCursor::coordinate(PlyScalar, float& value) {
-  // Straight from the decimal number, whatever the type: by way of a double it would be rounded twice.
-  return parse_coordinate(words_.next(), value);
-}
+std::string PlyTextCursor::coordinate(PlyScalar, Coordinate& value) { return parse_coordinate(words_.next(), value); }
 
 std::string PlyTextCursor::integer(PlyScalar, int64_t& value) {
   const std::string_view word = words_.next();
@@ -108,17 +105,17 @@ bool PlyBinaryCursor::load(PlyScalar type, uint64_t& bits) {
   return true;
 }
 
-std::string PlyBinaryCursor::coordinate(PlyScalar type, float& value) {
+std::string PlyBinaryCursor::coordinate(PlyScalar type, Coordinate& value) {
   uint64_t bits;
   if (!load(type, bits)) return kFileEnds;
   if (type == PlyScalar::f32) {
     value = bit_copy<float>(static_cast<uint32_t>(bits));
   } else if (type == PlyScalar::f64) {
-    value = static_cast<float>(bit_copy<double>(bits));
+    value = bit_copy<double>(bits);
   } else {
-    value = static_cast<float>(sign_extended(type, bits));
+    value = static_cast<double>(sign_extended(type, bits));
   }
-  return std::isfinite(value) ? "" : "a coordinate is not finite as a 32-bit float";
+  return std::isfinite(value.nearest) ? "" : "a coordinate is not finite as a 32-bit float";
 }
 
 std::string PlyBinaryCursor::integer(PlyScalar type, int64_t& value) {

@@ -24,7 +24,7 @@ class PlyTextCursor {
   std::string begin_element();
   void end_element();
 
-  std::string coordinate(PlyScalar type, float& value);
+  std::string coordinate(PlyScalar type, Coordinate& value);
   std::string integer(PlyScalar type, int64_t& value);
   std::string skip(PlyScalar type, uint64_t count);
 
@@ -48,7 +48,7 @@ class PlyBinaryCursor {
   bool can_hold(const PlyElement& element) const;
   std::string begin_element();
   void end_element() {}
-  std::string coordinate(PlyScalar type, float& value);
+  std::string coordinate(PlyScalar type, Coordinate& value);
   std::string integer(PlyScalar type, int64_t& value);
   std::string skip(PlyScalar type, uint64_t count);
   std::string place(const std::string& element) const;  // "face 3 (byte 1234)"

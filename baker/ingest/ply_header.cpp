@@ -30,21 +30,19 @@ std::string parse_type(std::string_view word, PlyScalar& type) {
   return in_quotes(word) + " is not a type";
 }
 
-// Lines of the header end as its first line does. That tells the line end from the data: binary data that
-// follow "end_header\n" may themselves begin with '\n', those that follow "end_header\r" too.
+// Lines end in LF, CR LF or CR, in any mixture. One case is ambiguous: binary data that follow "end_header\r" may
+// themselves begin with '\n'. There the line before tells: if a bare CR ended it, so does one end this line.
 class HeaderLines {
  public:
-  explicit HeaderLines(std::string_view bytes) : bytes_(bytes) {
-    const size_t first_end = bytes.find_first_of("\r\n");
-    if (first_end != std::string_view::npos) line_end_ = bytes.substr(first_end, 1);
-    if (line_end_ == "\r" && bytes.substr(first_end, 2) == "\r\n") line_end_ = "\r\n";
-  }
+  explicit HeaderLines(std::string_view bytes) : bytes_(bytes) {}
 
   bool next(std::string_view& line) {
-    const size_t end = line_end_.empty() ? std::string_view::npos : bytes_.find(line_end_, offset_);
+    const size_t end = bytes_.find_first_of("\r\n", offset_);
     if (end == std::string_view::npos) return false;
     line = bytes_.substr(offset_, end - offset_);
-    offset_ = end + line_end_.size();
+    const bool pair = bytes_.substr(end, 2) == "\r\n" && !bare_;
+    bare_ = bytes_[end] == '\r' && !pair;
+    offset_ = end + (pair ? 2 : 1);
     ++number_;
     return true;
   }
@@ -54,7 +52,7 @@ class HeaderLines {
 
  private:
   std::string_view bytes_;
-  std::string_view line_end_;
+  bool bare_ = false;  // the last line ended in CR alone
   size_t offset_ = 0;
   size_t number_ = 0;
 };

@@ -176,6 +176,24 @@ class EarClipper {
 
 }  // namespace
 
+bool is_plane(std::span<const Position> positions, std::span<const uint32_t> corners) {
+  const std::vector<uint32_t> all(corners.begin(), corners.end());
+  const std::array<double, 3> n = normal_of(positions, all);
+  const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+  const Position& origin = positions[all[0]];
+  double low = 0, high = 0, extent = 0;  // of the distances to a plane through the first corner, and along the axes
+  for (const uint32_t corner : all) {
+    double distance = 0;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double offset = double{positions[corner][axis]} - origin[axis];
+      distance += n[axis] * offset;
+      extent = std::max(extent, std::fabs(offset));
+    }
+    low = std::min(low, distance), high = std::max(high, distance);
+  }
+  return high - low <= 0x1p-12 * extent * length;
+}
+
 PolygonCut append_polygon(std::span<const Position> positions, std::span<const uint32_t> corners,
                           std::vector<TriangleIndices>& triangles) {
   const std::vector<uint32_t> kept = without_repeats(corners);

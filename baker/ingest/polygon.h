@@ -33,4 +33,8 @@ enum class PolygonCut {
 PolygonCut append_polygon(std::span<const Position> positions, std::span<const uint32_t> corners,
                           std::vector<TriangleIndices>& triangles);
 
+// Whether the corners, all in range and finite, lie in one plane: to 2^-12 of the polygon's extent, which is more than
+// decimal coordinates lose.
+bool is_plane(std::span<const Position> positions, std::span<const uint32_t> corners);
+
 }  // namespace vcd

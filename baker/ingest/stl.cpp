@@ -31,9 +31,9 @@ float load_f32(const char* bytes) {
   return value;
 }
 
-void append_corner(const Position& position, PolygonSoup& soup) {
+void append_corner(const Coordinates& position, PolygonSoup& soup) {
   soup.corners.push_back(static_cast<uint32_t>(soup.positions.size()));
-  soup.positions.push_back(position);
+  soup.add_position(position);
 }
 
 std::string read_binary(std::string_view bytes, PolygonSoup& soup) {
@@ -58,7 +58,7 @@ std::string read_binary(std::string_view bytes, PolygonSoup& soup) {
         return "facet " + std::to_string(facet) + " (byte " + std::to_string(offset) + "): corner " +
                std::to_string(corner) + " is not finite";
       }
-      append_corner(p, soup);
+      append_corner({p[0], p[1], p[2]}, soup);
     }
     soup.end_face();
   }
@@ -112,7 +112,7 @@ class TextStl {
     if (reason.empty()) reason = expect({"outer", "loop"});
     for (int corner = 0; corner < 3 && reason.empty(); ++corner) {
       reason = expect({"vertex"});
-      Position position;
+      Coordinates position;
       for (int axis = 0; axis < 3 && reason.empty(); ++axis) reason = parse_coordinate(next(), position[axis]);
       if (reason.empty()) append_corner(position, soup);
     }
@@ -148,11 +148,6 @@ class TextStl {
   Words words_{std::string_view()};
 };
 
-bool size_fits_binary(std::string_view bytes) {
-  return bytes.size() >= kFacetsBegin &&
-         kFacetsBegin + kFacetSize * uint64_t{load_u32(bytes.data() + kHeaderSize)} == bytes.size();
-}
-
 bool looks_like_text(std::string_view bytes) {
   constexpr size_t kProbe = 1024;
   return equal_ignoring_case(Words(bytes.substr(0, kProbe)).next(), "solid") &&
@@ -161,19 +156,25 @@ bool looks_like_text(std::string_view bytes) {
 
 }  // namespace
 
-Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view bytes, const IngestOptions&) {
+bool size_fits_binary_stl(std::string_view bytes) {
+  return bytes.size() >= kFacetsBegin &&
+         kFacetsBegin + kFacetSize * uint64_t{load_u32(bytes.data() + kHeaderSize)} == bytes.size();
+}
+
+Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options) {
   const std::string_view text = without_byte_order_mark(bytes);
   PolygonSoup soup;
+  soup.shift = options.shift;
   std::string reason;
-  if (!size_fits_binary(bytes) && looks_like_text(text)) {
+  if (!size_fits_binary_stl(bytes) && looks_like_text(text)) {
     reason = TextStl(text).read(soup);
-  } else if (!size_fits_binary(bytes) && (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))) {
+  } else if (!size_fits_binary_stl(bytes) && (bytes.starts_with("\xFF\xFE") || bytes.starts_with("\xFE\xFF"))) {
     return file_error(path, ErrorCode::unsupported, "UTF-16 text");
   } else {
     reason = read_binary(bytes, soup);
   }
   if (!reason.empty()) return file_error(path, ErrorCode::invalid_file, reason);
-  return mesh_from_soup(path, std::move(soup));
+  return mesh_from_soup(path, std::move(soup), options);
 }
 
 }  // namespace vcd

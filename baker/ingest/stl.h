@@ -16,4 +16,7 @@ namespace vcd {
 // unsupported (UTF-16).
 Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
+// Whether the size is what the count of facets asks for, to the byte.
+bool size_fits_binary_stl(std::string_view bytes);
+
 }  // namespace vcd

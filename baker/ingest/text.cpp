@@ -73,17 +73,27 @@ std::optional<int64_t> parse_integer(std::string_view word) {
   return value;
 }
 
-std::string parse_coordinate(std::string_view word, float& value) {
+std::string parse_coordinate(std::string_view word, Coordinate& value) {
   if (word.empty()) return "fewer than three coordinates";
-  const std::optional<float> parsed = parse_float(word);
-  if (!parsed) return in_quotes(word) + " is not a number";
-  if (!std::isfinite(*parsed)) return in_quotes(word) + " is not finite as a 32-bit float";
-  value = *parsed;
+  const std::string_view number = without_plus(word);
+  const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value.value);
+  const bool wide = error == std::errc() && end == number.data() + number.size();
+  if (wide) value.nearest = static_cast<float>(value.value);
+  // Rounded twice, a number may come out as another float if its double lies midway between two.
+  const double below = value.nearest,
+               above = std::nextafter(value.nearest, value.value > below ? HUGE_VALF : -HUGE_VALF);
+  if (!wide || !std::isfinite(above) || value.value - below == above - value.value) {
+    const std::optional<float> parsed = parse_float(word);
+    if (!parsed) return in_quotes(word) + " is not a number";
+    value.nearest = *parsed;
+    if (!wide) value.value = *parsed;
+  }
+  if (!std::isfinite(value.nearest)) return in_quotes(word) + " is not finite as a 32-bit float";
   return "";
 }
 
-std::string parse_position(Words& words, Position& position) {
-  for (float& coordinate : position) {
+std::string parse_position(Words& words, Coordinates& position) {
+  for (Coordinate& coordinate : position) {
     std::string reason = parse_coordinate(words.next(), coordinate);
     if (!reason.empty()) return reason;
   }

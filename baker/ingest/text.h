@@ -2,13 +2,14 @@
 //
 // The formats are read by code of this project. Of the packaged libraries that were tried (OpenMesh 9.0,
 // tinyobjloader 2.0rc10, Assimp 5.2, CGAL 5.5), each makes a wrong mesh of some file of the format and
-// reports no error, or refuses sound files; and none says where a file is broken. spec/design.md has the
+// reports no error, or refuses sound files; and none says where a file is broken. spec/results.md has the
 // table.
 #pragma once
 
 #include <vcd/baker/mesh.h>
 #include <vcd/format/error.h>
 
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -57,12 +58,21 @@ std::optional<float> parse_float(std::string_view word);
 // A decimal integer with optional sign; nothing for anything else or beyond 64 bits.
 std::optional<int64_t> parse_integer(std::string_view word);
 
-// A coordinate of a vertex: fills `value` and returns an empty string, or returns the reason why it cannot
-// be.
-std::string parse_coordinate(std::string_view word, float& value);
+// A coordinate as a file gives it, and the float nearest to that.
+struct Coordinate {
+  double value = 0;
+  float nearest = 0;
 
-// The next three words as a position; returns an empty string or the reason.
-std::string parse_position(Words& words, Position& position);
+  Coordinate() = default;
+  Coordinate(double number) : value(number), nearest(static_cast<float>(number)) {}
+};
+using Coordinates = std::array<Coordinate, 3>;
+
+// A decimal coordinate of a vertex: fills `value` and returns an empty string, or returns the reason why it cannot be.
+std::string parse_coordinate(std::string_view word, Coordinate& value);
+
+// The next three words as coordinates; returns an empty string or the reason.
+std::string parse_position(Words& words, Coordinates& position);
 
 // A word of the file for a message: in quotes, short, and harmless to a terminal.
 std::string in_quotes(std::string_view word);

@@ -15,9 +15,9 @@ namespace vcd {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
-// source_index, positions, triangles), the notes (count; strings), the placements (array) and the sources (count; for
-// each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its items as they are in
-// memory.
+// source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements (array) and
+// the sources (count; for each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its
+// items as they are in memory.
 static_assert(sizeof(Placement) == 13 * 4, "no padding, whose bytes would be anyone's");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
 constexpr uint64_t kEnd = 0x646E'4573'6873'656D;
@@ -94,7 +94,8 @@ bool write_ingested(Writer& writer, const Ingested& ingested) {
   bool ok = writer.number(ingested.meshes.size());
   for (const SourceMesh& mesh : ingested.meshes) {
     ok = ok && writer.items(mesh.name) && writer.number(mesh.source_index) && writer.items(mesh.positions) &&
-         writer.items(mesh.triangles);
+         writer.items(mesh.triangles) && writer.bytes(mesh.shift.data(), sizeof mesh.shift) &&
+         writer.number(mesh.left_out.not_opaque) && writer.number(mesh.left_out.deforming);
   }
   ok = ok && writer.number(ingested.notes.size());
   for (const std::string& note : ingested.notes) ok = ok && writer.items(note);
@@ -105,15 +106,21 @@ bool write_ingested(Writer& writer, const Ingested& ingested) {
 }
 
 bool read_ingested(Reader& reader, Ingested& ingested) {
-  constexpr size_t kLeastMesh = 4 * sizeof(uint64_t);
+  constexpr size_t kLeastMesh = 9 * sizeof(uint64_t);
   uint64_t mesh_count = 0;
   if (!reader.count(mesh_count, kLeastMesh)) return false;
   for (uint64_t i = 0; i < mesh_count; ++i) {
     SourceMesh mesh;
     uint64_t source_index = 0;
     if (!reader.items(mesh.name) || !reader.number(source_index) || source_index > UINT32_MAX ||
-        !reader.items(mesh.positions) || !reader.items(mesh.triangles)) {
+        !reader.items(mesh.positions) || !reader.items(mesh.triangles) ||
+        !reader.bytes(mesh.shift.data(), sizeof mesh.shift)) {
       return false;
+    }
+    for (uint32_t* count : {&mesh.left_out.not_opaque, &mesh.left_out.deforming}) {
+      uint64_t value = 0;
+      if (!reader.number(value) || value > UINT32_MAX) return false;
+      *count = static_cast<uint32_t>(value);
     }
     mesh.source_index = static_cast<uint32_t>(source_index);
     ingested.meshes.push_back(std::move(mesh));

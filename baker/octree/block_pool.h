@@ -9,7 +9,7 @@
 
 #include <vcd/format/tree.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // A pool of blocks of kWords 32-bit words. Equal blocks get equal indices, in the order in which they first come.
 template <size_t kWords>
@@ -58,4 +58,4 @@ using Block16Pool = BlockPool<kBlock16Words>;
 using Block256Pool = BlockPool<kBlock256Words>;
 using BrickPool = BlockPool<kBrickBytes / 4>;
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 template <size_t kWords>
@@ -74,4 +74,13 @@ TreeArrays DagBuilder::take() {
   return arrays;
 }
 
-}  // namespace vcd
+TreeArrays unclassified_tree(uint32_t depth) {
+  const TreeShape shape = tree_shape(depth);
+  Subtree unclassified;
+  unclassified.bricks.assign(bricks_below_top(shape), kUnclassified);
+  DagBuilder dag(depth);
+  for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(unclassified);
+  return dag.take();
+}
+
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "octree/block_pool.h"
 #include "octree/subtree.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // The arrays of a TREE section, owned.
 struct TreeArrays {
@@ -41,4 +41,7 @@ class DagBuilder {
   BrickPool bricks_;
 };
 
-}  // namespace vcd
+// The tree of a depth in which every cell is unclassified.
+TreeArrays unclassified_tree(uint32_t depth);
+
+}  // namespace vcd::baker

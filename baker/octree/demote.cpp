@@ -17,7 +17,7 @@
 #include "classify/random.h"
 #include "octree/block_pool.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kLow = 0x55555555u;  // the low bits of the sixteen cells of a word
@@ -281,17 +281,17 @@ class Merger {
 
 }  // namespace
 
-TreeArrays demote_merge(TreeArrays tree, uint64_t budget_bytes, unsigned threads, uint64_t* cells_lost) {
-  if (cells_lost) *cells_lost = 0;
+Demoted demote_merge(TreeArrays tree, uint64_t budget_bytes, unsigned threads) {
   const TreeView view = tree.view();
-  if (tree.shape.bytes(view.block256_count, view.block16_count, view.brick_count) <= budget_bytes) return tree;
+  if (tree.shape.bytes(view.block256_count, view.block16_count, view.brick_count) <= budget_bytes)
+    return {std::move(tree)};
   return with_threads(threads, [&] {
     Merger merger(std::move(tree));
     const uint64_t before = merger.classified();
     merger.run(budget_bytes);
-    if (cells_lost) *cells_lost = before - merger.classified();
-    return merger.take();
+    const uint64_t after = merger.classified();
+    return Demoted{merger.take(), before - after};
   });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -1,7 +1,6 @@
 #include "octree.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
 
 #include <tbb/enumerable_thread_specific.h>
@@ -11,9 +10,7 @@
 
 #include <vcd/baker/threads.h>
 
-#include "classify/random.h"
-
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Top cells that travel through the pipeline together: many where each is little work.
@@ -57,9 +54,7 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
   const TreeShape shape = tree_shape(source.depth);
   const uint32_t total = shape.top_words();
   Workspaces workspaces;
-  const auto start = std::chrono::steady_clock::now();
   const Ancestors ancestors(source, shape, workspaces);
-  const double seconds_above = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   DagBuilder dag(source.depth);
   uint64_t rays = 0;
   for (Workspace& workspace : workspaces) rays += std::exchange(workspace.rays, 0);
@@ -84,7 +79,6 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
     for (uint32_t slot = first; slot < std::min(first + step, total); ++slot) {
       const Cell cell = top_cell(shape, slot);
       uint32_t value = ancestors[slot];
-      if (mix_bits(slot) % source.one_in != 0) value = kUnclassified;
       if (value == kDeeper) value = source.classify(cell, workspace);
       batch.subtrees.push_back(classify_subtree(source, cell, value, workspace));
     }
@@ -103,7 +97,7 @@ std::optional<Octree> build(const CellSource& source, const OctreeProgress& prog
                              tbb::make_filter<uint32_t, Batch>(filter_mode::parallel, classify) &
                              tbb::make_filter<Batch, void>(filter_mode::serial_in_order, merge));
   if (done < total || stopped()) return std::nullopt;
-  return Octree{dag.take(), rays, seconds_above};
+  return Octree{dag.take(), rays};
 }
 
 }  // namespace
@@ -112,4 +106,4 @@ std::optional<Octree> build_octree(const CellSource& source, unsigned threads, c
   return with_threads(threads, [&] { return build(source, progress); });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 
 #include "octree/dag.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // done and total count cells of the top table.
 using OctreeProgress = std::function<void(uint64_t done, uint64_t total, uint64_t rays)>;
@@ -15,11 +15,10 @@ using OctreeProgress = std::function<void(uint64_t done, uint64_t total, uint64_
 struct Octree {
   TreeArrays tree;
   uint64_t rays = 0;
-  double seconds_above = 0;  // for the cells above the top table, which are classified first
 };
 
 // threads: 0 for all. Nothing if source.stop stopped it. Memory: up to three times the tree's while its arrays grow,
 // and a hash table of at most a quarter of it.
 std::optional<Octree> build_octree(const CellSource& source, unsigned threads, const OctreeProgress& progress);
 
-}  // namespace vcd
+}  // namespace vcd::baker

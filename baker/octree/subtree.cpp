@@ -1,8 +1,6 @@
 #include "subtree.h"
 
-#include <vcd/format/tree.h>
-
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 class Builder {
@@ -59,11 +57,10 @@ class Builder {
 }  // namespace
 
 Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace) {
-  const TreeShape shape = tree_shape(source.depth);
   Subtree subtree;
-  subtree.bricks.resize(size_t{1} << (4 * (shape.levels - 2 - shape.top_levels)));
+  subtree.bricks.resize(bricks_below_top(tree_shape(source.depth)));
   Builder(source, workspace, subtree).visit(top, value);
   return subtree;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

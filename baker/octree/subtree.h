@@ -8,10 +8,11 @@
 #include <vector>
 
 #include <vcd/baker/cell.h>
+#include <vcd/format/tree.h>
 
 #include "classify/cell_classifier.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 using BrickWords = std::array<uint32_t, 16>;  // 256 cells × 2 bits
 
@@ -19,7 +20,6 @@ using BrickWords = std::array<uint32_t, 16>;  // 256 cells × 2 bits
 struct CellSource {
   const CellClassifier& classifier;
   uint32_t depth;
-  uint32_t one_in = 1;  // of so many top cells is classified, chosen by a hash; the others are unclassified
   // Once it is over, what is not classified yet is unclassified.
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<bool()> stop = {};  // true: the rest need not be right, the tree will be thrown away
@@ -30,9 +30,14 @@ struct CellSource {
   }
 };
 
+// How many bricks stand below one cell of the top table: 1, 16, 256 or 4096.
+constexpr size_t bricks_below_top(const TreeShape& shape) {
+  return size_t{1} << (4 * (shape.levels - 2 - shape.top_levels));
+}
+
 // The bricks below one cell of the top table, in the order in which its blocks hold them.
 struct Subtree {
-  // 1, 16, 256 or 4096: a class (the whole brick has it), or kDeeper + index into `words`.
+  // bricks_below_top() of them: a class (the whole brick has it), or kDeeper + index into `words`.
   std::vector<uint32_t> bricks;
   std::vector<BrickWords> words;
 };
@@ -40,4 +45,4 @@ struct Subtree {
 // value: the class of the top cell where an ancestor or the cell itself decided it, else kDeeper.
 Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace);
 
-}  // namespace vcd
+}  // namespace vcd::baker

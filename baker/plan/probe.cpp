@@ -12,14 +12,14 @@
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kMostPaths = 600, kFewestPaths = 60;
 constexpr uint64_t kPathTriangles = 60'000'000;  // a path's cells near the root cost time with the mesh's size
 constexpr uint32_t kMostSegments = 1000, kFewestSegments = 200;
 constexpr double kProbeShare = 0.15;      // of the seconds that there are, for the paths, and as much for the segments
-constexpr double kLookUpSeconds = 14e-9;  // of one segment: spec/design.md, "What a look-up costs"
+constexpr double kLookUpSeconds = 14e-9;  // of one segment: spec/results.md, "Look-ups: single calls"
 constexpr uint32_t kLevels = 9;           // 0 … 8
 constexpr uint32_t kLeastDepth = 3;
 constexpr uint32_t kComparedPaths = 150, kLeastCompared = 2,
@@ -285,4 +285,4 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
   return plan;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

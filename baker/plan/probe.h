@@ -9,7 +9,7 @@
 
 #include "classify/cell_classifier.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct ProbeOptions {
   unsigned threads;       // of the bake that is forecast
@@ -32,4 +32,4 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
 inline constexpr uint64_t kLeastTriangles = 64;
 inline constexpr double kLeastResolved = 0.1;
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 
 #include <vcd/format/line_cell.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr double kPadding = 0x1p-10;      // of the extent, on each side: twice what the format demands
@@ -53,4 +53,4 @@ bool pad_box(PreparedMesh& mesh) {
   return true;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "ingest/draco_mesh.h"
 #include "ingest/isolate.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 std::vector<std::byte> encode_geometry(const PreparedMesh& mesh) {
   draco::Mesh out;
@@ -56,4 +56,4 @@ Result<SourceMesh> decode_geometry_isolated(Bytes draco, const std::string& name
   return std::move(decoded->meshes.front());
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

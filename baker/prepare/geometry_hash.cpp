@@ -4,7 +4,7 @@
 
 #include <xxhash.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 std::array<uint8_t, 16> geometry_hash(const PreparedMesh& mesh) {
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), XXH3_freeState);
@@ -18,4 +18,4 @@ std::array<uint8_t, 16> geometry_hash(const PreparedMesh& mesh) {
   return std::to_array(canonical.digest);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,9 +5,9 @@
 
 #include <vcd/baker/prepare.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Of welded positions and triangles: spec/vcd-format.md, "Geometry hash".
 std::array<uint8_t, 16> geometry_hash(const PreparedMesh& mesh);
 
-}  // namespace vcd
+}  // namespace vcd::baker

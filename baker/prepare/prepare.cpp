@@ -6,21 +6,23 @@
 
 #include "box.h"
 #include "geometry_hash.h"
+#include "place.h"
 #include "weld.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 Result<PreparedMesh> prepare(SourceMesh&& source) {
   PreparedMesh mesh;
   mesh.name = std::move(source.name);
   mesh.source_index = source.source_index;
-  const auto place = [&] { return "mesh " + std::to_string(mesh.source_index) + " \"" + mesh.name + "\""; };
+  mesh.shift = source.shift;
+  mesh.left_out = source.left_out;
   weld(std::move(source), mesh);
   if (mesh.triangles.empty())
-    return Error{ErrorCode::invalid_file,
-                 place() + ": no triangle with an area (" + std::to_string(mesh.zero_area_triangles) + " have none)"};
+    return Error{ErrorCode::invalid_file, place_of(mesh) + ": no triangle with an area (" +
+                                              std::to_string(mesh.zero_area_triangles) + " have none)"};
   if (!pad_box(mesh))
-    return Error{ErrorCode::unsupported, place() + ": its box is too large or too small for 32-bit floats"};
+    return Error{ErrorCode::unsupported, place_of(mesh) + ": its box is too large or too small for 32-bit floats"};
   mesh.geometry_hash = geometry_hash(mesh);
   return mesh;
 }
@@ -33,4 +35,4 @@ std::vector<Position> positions_in_grid(const PreparedMesh& mesh) {
   return positions;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

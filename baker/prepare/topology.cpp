@@ -6,7 +6,7 @@
 #include <limits>
 #include <tuple>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // An edge shared by more triangles than this (a fan of a thousand, say) is a boundary of them all.
@@ -85,4 +85,4 @@ std::vector<uint32_t> pair_edges(std::span<const Position> positions, std::span<
   return neighbour;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

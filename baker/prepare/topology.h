@@ -7,7 +7,7 @@
 
 #include <vcd/baker/mesh.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 inline constexpr uint32_t kBoundary = 0xFFFFFFFF;
 
@@ -19,4 +19,4 @@ inline constexpr uint32_t kBoundary = 0xFFFFFFFF;
 // triangle without a partner has a boundary there, which is always safe.
 std::vector<uint32_t> pair_edges(std::span<const Position> positions, std::span<const TriangleIndices> triangles);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -4,7 +4,7 @@
 #include <array>
 #include <utility>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kUnused = 0xFFFFFFFF;
@@ -82,4 +82,4 @@ void weld(SourceMesh&& source, PreparedMesh& mesh) {
   mesh.triangles.shrink_to_fit();
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

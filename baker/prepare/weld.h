@@ -3,7 +3,7 @@
 
 #include <vcd/baker/prepare.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Fills in positions, triangles and the counts of dropped triangles.
 void weld(SourceMesh&& source, PreparedMesh& mesh);
@@ -11,4 +11,4 @@ void weld(SourceMesh&& source, PreparedMesh& mesh);
 // True if the three points lie on one line in exact arithmetic.
 bool has_zero_area(const Position& a, const Position& b, const Position& c);
 
-}  // namespace vcd
+}  // namespace vcd::baker

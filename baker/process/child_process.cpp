@@ -19,7 +19,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // The sanitizers map terabytes of shadow memory.
@@ -257,4 +257,4 @@ std::string ChildProcess::last_words() const {
   return words.empty() ? "" : ": " + words;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -3,7 +3,7 @@
 #include <cstring>
 #include <string>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Sixteen lanes on, then sixteen off: count lanes are on from kLanes + 16 - count.
@@ -104,4 +104,4 @@ bool Tracer::occluded(const Segment& segment) const {
   return ray.tfar < 0;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

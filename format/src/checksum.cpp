@@ -1,4 +1,4 @@
-#include "checksum.h"
+#include <vcd/format/checksum.h>
 
 #include <memory>
 

@@ -1,6 +1,8 @@
 #include <vcd/format/findings.h>
 
 #include <algorithm>
+#include <cassert>
+#include <iterator>
 
 namespace vcd {
 namespace {
@@ -11,7 +13,10 @@ constexpr FindingInfo kFindings[] = {
 };
 }  // namespace
 
-const FindingInfo& finding_info(FindingId id) { return kFindings[static_cast<size_t>(id)]; }
+const FindingInfo& finding_info(FindingId id) {
+  assert(static_cast<size_t>(id) < std::size(kFindings));
+  return kFindings[static_cast<size_t>(id)];
+}
 
 std::span<const FindingInfo> all_findings() { return kFindings; }
 

@@ -1,6 +1,7 @@
 #include <vcd/format/tree_statistics.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cstring>
 #include <vector>
 
@@ -86,11 +87,11 @@ BrickSummary summarize_brick(const uint8_t* brick) {
     uint32_t cells[16], seen = 0;
     gather_children(group, 2, cells);
     for (uint32_t cell : cells) {
-      const uint32_t bits = brick_cell(brick, cell);
-      seen |= 1u << bits;
-      summary.clear += bits == 0;
-      summary.blocked += bits == 1;
-      summary.statistical += bits == 3;
+      const CellClass found = brick_cell(brick, cell);
+      seen |= just(found);
+      summary.clear += found == CellClass::clear;
+      summary.blocked += found == CellClass::blocked;
+      summary.statistical += found == CellClass::statistically_blocked;
     }
     summary.mixed_groups += (seen & (seen - 1)) != 0;
   }
@@ -149,6 +150,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
   }
   std::vector<bool> brick_seen(tree.brick_count);
   const auto node_of_brick = [&](uint32_t index) {
+    assert(index < tree.brick_count);
     brick_seen[index] = true;
     return brick_node(bricks[index], index);
   };
@@ -164,6 +166,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
   std::vector<bool> block16_seen(tree.block16_count);
   const auto node_below = [&](uint32_t index) {
     if (!tree.shape.has_blocks16) return node_of_brick(index);
+    assert(index < tree.block16_count);
     block16_seen[index] = true;
     return blocks16[index];
   };
@@ -180,6 +183,7 @@ TreeStatistics measure_tree(const TreeView& tree) {
   std::vector<bool> block256_seen(tree.block256_count);
   const auto node_of_top = [&](uint32_t index) {
     if (!tree.shape.has_blocks256) return node_below(index);
+    assert(index < tree.block256_count);
     block256_seen[index] = true;
     return blocks256[index];
   };

@@ -1,4 +1,4 @@
-#include "utf8.h"
+#include <vcd/format/utf8.h>
 
 #include <cstdint>
 

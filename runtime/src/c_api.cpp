@@ -7,7 +7,7 @@
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
 
-#include "kernels.h"
+#include "lookup/kernels.h"
 
 // Handles: vcd_sidecar is a vcd::Sidecar with one vcd::Object for each of its objects, whose addresses are the
 // vcd_object handles.
@@ -92,15 +92,15 @@ vcd::SceneQuery translate(const vcd_scene_query* query, size_t origins) {
 
 // The caller's function, as a Scene asks it.
 struct Trace {
-  vcd_trace_open trace;
+  vcd_trace_unclassified trace;
   void* context;
-  void operator()(const vcd::OpenSegments& open) const {
-    const auto& [origin, t_min, direction, t_max, count] = open.segments;
-    const vcd_open_segments in_c = {
-        open.instance,
+  void operator()(const vcd::UnclassifiedSegments& left) const {
+    const auto& [origin, t_min, direction, t_max, count] = left.segments;
+    const vcd_unclassified_segments in_c = {
+        left.instance,
         {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
-        open.indices,
-        open.blocked};
+        left.indices,
+        left.blocked};
     trace(context, &in_c);
   }
 };
@@ -130,7 +130,7 @@ const char* vcd_result_string(vcd_result result) {
 
 const char* vcd_kernel(size_t index) try {
   const auto kernels = vcd::usable_kernels();
-  return index < kernels.size() ? kernels[index].name : nullptr;
+  return index < kernels.size() ? kernels[index]->name : nullptr;
 } catch (...) {
   return nullptr;
 }
@@ -201,14 +201,14 @@ void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* seg
       std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
 }
 
-void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open) {
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
-  object->object.classify(translate(*bundle), {blocked, words}, {open, words});
+  object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
 }
 
-void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open) {
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
-  object->object.classify(translate(*bundle), {blocked, words}, {open, words});
+  object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
 }
 
 vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene,
@@ -255,19 +255,19 @@ vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* seg
 }
 
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
-                        vcd_trace_open trace, void* context, uint64_t* blocked) {
+                        vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
   scene->scene.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {blocked, (count + 63) / 64},
                         Trace{trace, context}, translate(query, count));
 }
 
 void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
-                             vcd_trace_open trace, void* context, uint64_t* blocked) {
+                             vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
   scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
                         translate(query, 1));
 }
 
 void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
-                               vcd_trace_open trace, void* context, uint64_t* blocked) {
+                               vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
   scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
                         translate(query, 1));
 }

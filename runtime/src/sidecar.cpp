@@ -11,9 +11,8 @@
 #include <vcd/format/file_bytes.h>
 #include <vcd/format/tree.h>
 
-#include "bits.h"
-#include "kernels.h"
-#include "object_data.h"
+#include "lookup/object_data.h"
+#include "lookup/sample_bits.h"
 
 namespace vcd {
 
@@ -26,31 +25,27 @@ struct Sidecar::State {
 
 namespace {
 
-// One kernel a depth, so that every shift and mask is a constant.
+// One a depth, so that every shift and mask is a constant.
 template <uint32_t kDepth>
-Visibility classify_at(const ObjectData& data, const Segment& segment) noexcept {
-  return classify(data.frame, data.tree, tree_shape(kDepth), segment);
+Visibility classify_at(const GridFrame& frame, const TreeView& tree, const Segment& segment) noexcept {
+  return classify(frame, tree, tree_shape(kDepth), segment);
 }
 constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint32_t, kDepths...>) {
   return std::array{&classify_at<kDepths + 1>...};
 }
 (std::make_integer_sequence<uint32_t, kMaxDepth>());
 
-// For objects that answer nothing.
-Visibility unclassified_one(const ObjectData&, const Segment&) noexcept { return Visibility::unclassified; }
-void unclassified_segments(const ObjectData&, std::span<const Segment> segments, Visibility* answers) {
-  std::fill_n(answers, segments.size(), Visibility::unclassified);
+Visibility unclassified_one(const GridFrame&, const TreeView&, const Segment&) noexcept {
+  return Visibility::unclassified;
 }
-void unclassified_arrays(const ObjectData&, const SegmentArrays& segments, Visibility* answers) {
-  std::fill_n(answers, segments.count, Visibility::unclassified);
+// Of an object that answers nothing.
+void leave_all(size_t count, uint64_t* blocked, uint64_t* unclassified) {
+  for (size_t first = 0; first < count; first += kChunk) {
+    const size_t some = std::min(kChunk, count - first);
+    SampleBits{}.store(some, blocked + first / 64);
+    SampleBits::first(some).store(some, unclassified + first / 64);
+  }
 }
-template <class Bundle>
-void unclassified_bundle(const ObjectData&, const Bundle& bundle, uint64_t* blocked, uint64_t* open) {
-  clear_bits(bundle.size(), blocked, open);
-  for (size_t i = 0; i < bundle.size(); ++i) set_bits(Visibility::unclassified, i, blocked, open);
-}
-constexpr ManyKernels kUnclassified = {unclassified_segments, unclassified_arrays, nullptr,
-                                       unclassified_bundle<QuadBundle>, unclassified_bundle<SphereBundle>};
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
   for (const Finding& finding : findings) {
@@ -62,28 +57,37 @@ Error first_error(const std::string& name, std::span<const Finding> findings) {
 
 }  // namespace
 
-Visibility Object::classify(const Segment& segment) const noexcept { return data_->classify_one(*data_, segment); }
+Visibility Object::classify(const Segment& segment) const noexcept {
+  return data_->classify_one(data_->frame, data_->tree, segment);
+}
 
 void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
-  data_->many.segments(*data_, segments, answers.data());
+  if (!this->answers()) return void(std::fill_n(answers.data(), segments.size(), Visibility::unclassified));
+  const LookUp at = data_->look_up();
+  at.kernels->segments(data_->frame, *at.tree, segments, answers.data());
 }
 
 void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
-  data_->many.arrays(*data_, segments, answers.data());
+  if (!this->answers()) return void(std::fill_n(answers.data(), segments.count, Visibility::unclassified));
+  const LookUp at = data_->look_up();
+  at.kernels->arrays(data_->frame, *at.tree, segments, answers.data());
 }
 
-void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept {
-  data_->many.quad(*data_, bundle, blocked.data(), open.data());
+void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked,
+                      std::span<uint64_t> unclassified) const noexcept {
+  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
+  data_->kernels->quad(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
 }
 
 void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
-                      std::span<uint64_t> open) const noexcept {
-  data_->many.sphere(*data_, bundle, blocked.data(), open.data());
+                      std::span<uint64_t> unclassified) const noexcept {
+  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
+  data_->kernels->sphere(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
 }
 
 std::string_view Object::name() const noexcept { return data_->name; }
 const ObjectRecord& Object::record() const noexcept { return *data_->record; }
-bool Object::answers() const noexcept { return data_->classify_one != unclassified_one; }
+bool Object::answers() const noexcept { return data_->kernels != nullptr; }
 
 Sidecar::Sidecar(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Sidecar::Sidecar(Sidecar&&) noexcept = default;
@@ -96,30 +100,20 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   auto contents = read_sidecar(bytes, options.check, findings);
   if (!contents) return first_error(name, findings);
   state->contents = std::move(*contents);
-  const std::vector<Kernels> usable = usable_kernels();
-  const auto named = [&](const Kernels& k) { return options.kernel.empty() || options.kernel == k.name; };
-  const auto chosen = std::find_if(usable.begin(), usable.end(), named);
-  if (chosen == usable.end())
+  const Kernels* const chosen = kernels_named(options.kernel);
+  if (!chosen)
     return Error{ErrorCode::usage, "kernel \"" + options.kernel + "\": this processor has none of that name"};
   state->kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
-    ObjectData data{make_grid_frame(object.record->box_min, object.record->box_max),
-                    object.tree,
-                    object.record,
-                    object.name,
-                    unclassified_one,
-                    kUnclassified};
-    const auto method = static_cast<Method>(object.record->method);
+    const ObjectRecord& record = *object.record;
+    ObjectData data{
+        make_grid_frame(record.box_min, record.box_max), object.tree, unclassified_one, nullptr, &record, object.name};
+    const auto method = static_cast<Method>(record.method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
-      const Kernels& kernels = fits_gathers(data.tree) ? *chosen : usable.back();
-      const size_t depth = object.record->depth - 1u;
-      data.classify_one = kClassifyOne[depth];
-      data.many = kernels.at_depth[depth];
+      data.classify_one = kClassifyOne[record.depth - 1u];
+      data.kernels = &kernels_for(data.tree, *chosen);
     }
-    if (options.proven_only) {
-      data.tree.blocked_answers = TreeView::kProvenAnswers;
-      data.tree.has_blocked = object.record->cells[1] != 0;
-    }
+    if (options.proven_only) data.tree.answers = answer_table(Trust::proofs, classes_in(record));
     state->objects.push_back(data);
   }
   return Sidecar(std::move(state));
@@ -167,7 +161,7 @@ std::string_view Sidecar::kernel() const noexcept { return state_->kernel; }
 
 std::vector<std::string> kernels() {
   std::vector<std::string> names;
-  for (const Kernels& kernels : usable_kernels()) names.push_back(kernels.name);
+  for (const Kernels* kernels : usable_kernels()) names.push_back(kernels->name);
   return names;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""An independent reader of .vcd files, written from vcd-format.md (versions 1 and 2) and conventions.md alone.
+"""An independent reader of .vcd files, written from vcd-format.md and conventions.md alone.
 
     vcd_reader.py dump [--no-checksums] FILE                                validate, print one JSON object
     vcd_reader.py classify [--no-checksums] FILE OBJECT_INDEX SEGMENTS OUT  one byte a 32-byte segment record
@@ -80,7 +80,7 @@ class Section:
 #            critical, owned by an object, storages
 KNOWN = {"OBJT": (1, False, (0,)), "NAME": (1, False, (0,)), "PROV": (0, False, (0,)),
          "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,)),
-         "MARG": (0, True, (0,))}
+         "CLEA": (0, True, (0,))}
 
 
 class VcdFile:
@@ -90,7 +90,7 @@ class VcdFile:
         self.data, self.checksums = data, checksums
         self.read_header()
         self.read_section_table()
-        self.contents = {s.index: self.read_section(s) for s in self.sections if s.type in KNOWN}
+        self.contents = {s.index: self.read_section(s) for s in self.sections}
         self.read_objects()
         self.read_names()
         self.read_provenance()
@@ -102,7 +102,7 @@ class VcdFile:
                 "damaged in transfer: bytes 1 to 3 say VCD" if d[1:4] == b"VCD" else "no .vcd file")
         require(len(d) >= 64, "Header", len(d), "the file ends inside the header")
         self.major, self.minor, self.count, size, table_xxh3 = struct.unpack_from("<HHIQQ", d, 8)
-        require(self.major in (1, 2), "Versions", 8, f"major version {self.major}")
+        require(self.major == 2, "Versions", 8, f"major version {self.major}")
         require(xxh3_64(d[:56]) == u64(d, 56), "Header", 56, "header_xxh3 is wrong")
         require(size == len(d), "Header", 16, f"file_size says {size}, the file has {len(d)} bytes")
         self.reserved(32, 24)
@@ -111,8 +111,8 @@ class VcdFile:
         require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
 
     def reserved(self, at, size):
-        """*Reserved fields*: zero in a file of version 1.0, 2.0 or 2.1; ignored in files of later minor versions."""
-        require(self.minor > self.major - 1 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
+        """*Reserved fields*: zero in a file of version 2.2; ignored in files of later minor versions."""
+        require(self.minor > 2 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
 
     def read_section_table(self):
         """*Section table*: the entries one by one, and the layout."""
@@ -167,22 +167,23 @@ class VcdFile:
         return found[0] if found else None
 
     def read_objects(self):
-        """*OBJT section*, and which TREE, GEOM and MARG belong to which object."""
+        """*OBJT section*, and which TREE, GEOM and CLEA belong to which object."""
         section = self.only("OBJT", 1)
         require(section.stored_size % 256 == 0, "OBJT section", section.at + 24, "size is no multiple of 256")
         self.objects = [ObjectRecord(self, section.offset + at) for at in range(0, section.stored_size, 256)]
         owned = {}
         for s in self.sections:
-            if s.type in ("TREE", "GEOM", "MARG"):
+            if s.type in ("TREE", "GEOM", "CLEA"):
                 require(s.object < len(self.objects), "Section table", s.at + 8, f"no object {s.object}")
                 require((s.type, s.object) not in owned, "Section table", s.at + 8,
                         f"second {s.type} of object {s.object}")
                 owned[s.type, s.object] = s.index
-                require(s.type != "MARG" or s.logical_size == 1536, "MARG section", s.at + 32, "size is not 1536")
+                require(s.type != "CLEA" or s.logical_size == 1536, "CLEA section", s.at + 32, "size is not 1536")
         self.owned = owned
         for i, o in enumerate(self.objects):
-            require(("TREE", i) in owned, "Section table", o.at, f"object {i} has no TREE")
-            require(o.tree_section == owned["TREE", i], "OBJT section", o.at + 96, "tree_section is wrong")
+            require((("TREE", i) in owned) == (o.method != NO_METHOD), "Section table", o.at,
+                    f"object {i}: a TREE, or none, which its method does not have")
+            require(o.tree_section == owned.get(("TREE", i), NONE), "OBJT section", o.at + 96, "tree_section is wrong")
             require(o.geometry_section == owned.get(("GEOM", i), NONE), "OBJT section", o.at + 100,
                     "geometry_section is wrong")
 
@@ -225,12 +226,14 @@ class VcdFile:
     def tree(self, index):
         """The validated tree of an object."""
         o = self.objects[index]
+        if o.method == NO_METHOD:
+            return Tree(UNCLASSIFIED_TREE, o, None)
         section = self.sections[o.tree_section]
         return Tree(self.contents[section.index], o, section)
 
-    def margins(self, index):
-        """*MARG section* of an object: its 1536 bytes, or None."""
-        section = self.owned.get(("MARG", index))
+    def clearance(self, index):
+        """*CLEA section* of an object: its 1536 bytes, or None."""
+        section = self.owned.get(("CLEA", index))
         return None if section is None else self.contents[section]
 
     def dump(self):
@@ -268,34 +271,35 @@ def decompress(stored, logical_size, at):
 
 
 NO_METHOD, SAMPLED, PROVEN, HYBRID = range(4)                                            # *Methods*
+# *Methods*, `none`: the top table and the three uniform bricks of a tree of depth 1 in which all cells are unclassified.
+UNCLASSIFIED_TREE = struct.pack("<16I", *[2] * 15, 0) + b"".join(bytes([i * 0x55]) * 64 for i in range(3))
+PARTS_LEFT_OUT = 1                                                                       # bit of `flags`
 
 
 class ObjectRecord:
     """One record of the *OBJT section*."""
-    FORMAT = struct.Struct("<IIIBB2x3f3f16sQQ3QIIQQQQQQ8IQ2Q2Qff")
+    FORMAT = struct.Struct("<IIIBBH3f3f16sQQ3QIIQQQQQQ8IQ2Q2Qff3d")
     NAMES = ("source_index", "depth", "method", "method_parameters", "box_min", "box_max", "triangle_count",
              "vertex_count", "cells", "block256_count", "block16_count", "brick_count",
              "nodes_unfolded", "nodes_folded", "nodes_shared", "statistical_cells", "audit_lines", "audit_wrong",
-             "audit_bound_95", "guard_band")
+             "audit_bound_95", "guard_band", "shift")
 
     def __init__(self, file, at):
         self.at, self.name, where = at, "", "OBJT section"
         f = self.FORMAT.unpack_from(file.data, at)
-        self.name_offset, self.name_length, self.source_index, self.depth, self.method = f[:5]
-        self.box_min, self.box_max, self.geometry_hash = f[5:8], f[8:11], f[11]
-        self.triangle_count, self.vertex_count, self.cells = f[12], f[13], list(f[14:17])
-        self.tree_section, self.geometry_section = f[17:19]
-        self.block256_count, self.block16_count, self.brick_count = f[19:22]
-        self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[22:25]
-        self.method_parameters = list(f[25:33])
-        file.reserved(at + 14, 2)
-        if file.major == 1:                                                # what it does not have is 0
-            f = f[:33] + (0,) * 7
-        self.statistical_cells, self.audit_lines, self.audit_wrong = f[33], list(f[34:36]), list(f[36:38])
-        self.audit_bound_95, self.guard_band = f[38:40]
-        file.reserved(*((at + 184, 72) if file.major == 1 else (at + 232, 24)))
+        self.name_offset, self.name_length, self.source_index, self.depth, self.method, self.flags = f[:6]
+        self.box_min, self.box_max, self.geometry_hash = f[6:9], f[9:12], f[12]
+        self.triangle_count, self.vertex_count, self.cells = f[13], f[14], list(f[15:18])
+        self.tree_section, self.geometry_section = f[18:20]
+        self.block256_count, self.block16_count, self.brick_count = f[20:23]
+        self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[23:26]
+        self.method_parameters = list(f[26:34])
+        self.statistical_cells, self.audit_lines, self.audit_wrong = f[34], list(f[35:37]), list(f[37:39])
+        self.audit_bound_95, self.guard_band, self.shift = f[39], f[40], list(f[41:44])
+        require(file.minor > 2 or self.flags <= PARTS_LEFT_OUT, "Reserved fields", at + 14, f"flags {self.flags:#x}")
+        require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
-        self.check_method(file.major, where)
+        self.check_method(where)
         self.scale = []                                                    # *Line to cell*, step 1
         for a in range(3):
             extent = f32(self.box_max[a] - self.box_min[a])
@@ -305,9 +309,9 @@ class ObjectRecord:
         require(sum(self.cells) + self.statistical_cells == 15 * 16 ** self.levels, where, at + 72,
                 "the cells do not add up to 15 · 16^L")
 
-    def check_method(self, major, where):
+    def check_method(self, where):
         at, samples = self.at, self.method_parameters[0]
-        require(self.method == 1 if major == 1 else self.method <= HYBRID, where, at + 13, f"unknown method {self.method}")
+        require(self.method <= HYBRID, where, at + 13, f"unknown method {self.method}")
         require(samples in {NO_METHOD: (0,), SAMPLED: (16, 81, 256), PROVEN: (0,), HYBRID: (81, 256)}[self.method], where,
                 at + 152, "samples a cell")
         require(not any(self.method_parameters[0 if self.method == NO_METHOD else 3:]), where, at + 164,
@@ -327,6 +331,7 @@ class ObjectRecord:
 
     def describe(self):
         return {"name": self.name, "geometry_hash": self.geometry_hash.hex(),
+                "parts_left_out": bool(self.flags & PARTS_LEFT_OUT),
                 **{name: getattr(self, name) for name in self.NAMES}}
 
 
@@ -374,7 +379,8 @@ class Tree:
         for name, _, _, count, present, at in layout:
             require(3 <= count < 2 ** 32 if present else count == 0, "TREE section", at, f"{name} count is {count}")
         size = top_bytes + sum(width * count for _, _, width, count, _, _ in layout)
-        require(len(data) == size, "TREE section", section.at + 32, f"the tree has {len(data)} bytes, not {size}")
+        require(len(data) == size, "TREE section", section.at + 32 if section else record.at + 120,
+                f"the tree has {len(data)} bytes, not {size}")
 
         self.top = struct.unpack_from(f"<{slots}I", data)
         self.check(u32(data, 4 * slots) == 0, 4 * slots, "the spare slot is not 0")
@@ -521,21 +527,22 @@ def line_to_cell(record, origin, direction):
     return t_entry, t_exit, (PAIRS[min(entry_face, exit_face), max(entry_face, exit_face)], *coordinates), entry_face > exit_face
 
 
-def covers(margins, cell, t_entry, t_exit, swapped, t_min, t_max):
-    """*Margins*: whether a segment leaves out no more of its line's way than the margins at its ends. margins: bytes or None."""
-    if margins is None:
+def covers(clearance, cell, t_entry, t_exit, swapped, t_min, t_max):
+    """*The answer*: whether a segment leaves out no more of its line's way through the box than the clearance at its ends.
+    clearance: bytes or None."""
+    if clearance is None:
         return t_min <= t_entry and t_max >= t_exit
     pair, *coordinates = cell
     ends = []
     for face, (first, second) in zip(tuple(PAIRS)[pair], (coordinates[:2], coordinates[2:])):
-        ends.append(margins[256 * face + 16 * (first >> 4) + (second >> 4)] / 256)
+        ends.append(clearance[256 * face + 16 * (first >> 4) + (second >> 4)] / 256)
     at_entry, at_exit = reversed(ends) if swapped else ends
     way = f32(t_exit - t_entry)
     late, early = (f32(a - b) if math.isfinite(a - b) else a - b for a, b in ((t_min, t_entry), (t_exit, t_max)))
     return t_min < t_max and late <= f32(at_entry * way) and early <= f32(at_exit * way)
 
 
-def classify(record, tree, origin, t_min, direction, t_max, margins=None):
+def classify(record, tree, origin, t_min, direction, t_max, clearance=None):
     """*Line to cell*, The answer."""
     line = line_to_cell(record, origin, direction)
     if line is None or record.method == NO_METHOD:
@@ -547,12 +554,12 @@ def classify(record, tree, origin, t_min, direction, t_max, margins=None):
     if found == CLEAR:
         return CLEAR
     blocked = found in (BLOCKED, STATISTICALLY_BLOCKED)
-    return BLOCKED if blocked and covers(margins, cell, t_entry, t_exit, swapped, t_min, t_max) else UNCLASSIFIED
+    return BLOCKED if blocked and covers(clearance, cell, t_entry, t_exit, swapped, t_min, t_max) else UNCLASSIFIED
 
 
 def classify_file(file, index, segments):
-    record, tree, margins = file.objects[index], file.tree(index), file.margins(index)
-    return bytes(classify(record, tree, (ox, oy, oz), t_min, (dx, dy, dz), t_max, margins)
+    record, tree, clearance = file.objects[index], file.tree(index), file.clearance(index)
+    return bytes(classify(record, tree, (ox, oy, oz), t_min, (dx, dy, dz), t_max, clearance)
                  for ox, oy, oz, t_min, dx, dy, dz, t_max in struct.iter_unpack("<8f", segments))
 
 

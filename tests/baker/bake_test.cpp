@@ -7,15 +7,19 @@
 #include <gtest/gtest.h>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/measure.h>
 #include <vcd/baker/referee.h>
 #include <vcd/baker/sampled.h>
 
+#include "audit/audit_object.h"
 #include "classify/sampled_cells.h"
 #include "octree/octree.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/trees.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 TEST(SampledClassifier, SamplesEveryStratumOnce) {
@@ -76,7 +80,7 @@ TEST(Octree, HoldsWhatTheRecursionSaysAtEveryDepth) {
       LineCell line{};
       const uint32_t up = 8 - levels;
       line.pair = cell.pair, line.s = cell.s << up, line.t = cell.t << up, line.u = cell.u << up, line.v = cell.v << up;
-      ASSERT_EQ(bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line), class_of(source, cell)) << depth;
+      ASSERT_EQ(static_cast<uint32_t>(class_of(tree, line)), class_of(source, cell)) << depth;
     }
   }
 }
@@ -113,7 +117,7 @@ TEST(Octree, HoldsWhatTheRecursionSaysInTheDeepestLayouts) {
       const uint32_t up = 8 - depth;
       LineCell line{};
       line.pair = cell.pair, line.s = cell.s << up, line.t = cell.t << up, line.u = cell.u << up, line.v = cell.v << up;
-      ASSERT_EQ(bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line), expected) << depth;
+      ASSERT_EQ(static_cast<uint32_t>(class_of(tree, line)), expected) << depth;
     }
   }
 }
@@ -197,6 +201,88 @@ TEST(Audit, FindsAWrongCell) {
     EXPECT_NE(referee.occluded(c.segment), c.promised == Visibility::blocked);
   // What the good tree says is called proven here: wrong answers of the bad one alone are not.
   EXPECT_LT(after.counts[0].wrong_proven, 50u);
+}
+
+// The tree with every clear cell made blocked.
+TreeArrays with_clear_made_blocked(const TreeView& tree, uint32_t depth) {
+  TreeArrays wrong = arrays_of(tree, depth);
+  for (uint32_t& word : wrong.bricks) word |= ~(word | word >> 1) & 0x55555555u;
+  return wrong;
+}
+
+TEST(Audit, OfAWrongProofFailsTheBakeAndGivesTheLines) {
+  const PreparedMesh mesh = *prepare(sphere());
+  const BakedObject baked = must_bake(sphere(), proven(3));
+  ASSERT_TRUE(audit_object(mesh, baked.record, baked.tree(), {.lines = 9000}).ok());
+  const TreeArrays wrong = with_clear_made_blocked(baked.tree(), 3);
+  const auto report = audit_object(mesh, baked.record, wrong.view(), {.lines = 9000});
+  ASSERT_FALSE(report.ok());
+  EXPECT_EQ(report.error().code, ErrorCode::difference);
+  const std::string& message = report.error().message;
+  const size_t at = message.find("--segment=");
+  ASSERT_NE(at, std::string::npos) << message;
+  Segment segment{};
+  ASSERT_TRUE(parse_segment(message.substr(at + 10, message.find(' ', at) - at - 10), segment)) << message;
+  EXPECT_FALSE(Referee(mesh).occluded(segment));  // although the tree says that it is blocked
+}
+
+// Only proofs are promises: a sampled tree, and the statistical cells of a hybrid one, may be wrong.
+TEST(Audit, OfWrongStatisticsIsAResult) {
+  const PreparedMesh mesh = *prepare(sphere());
+  const BakedObject baked = must_bake(sphere(), quick(3));
+  const TreeArrays wrong = with_clear_made_blocked(baked.tree(), 3);
+  const auto report = audit_object(mesh, baked.record, wrong.view(), {.lines = 9000});
+  ASSERT_TRUE(report.ok());
+  EXPECT_GT(report->sum(false).wrong[1], 100u);
+  EXPECT_EQ(report->sum(false).wrong_proven, 0u);
+}
+
+TEST(Bake, AuditsWhenAskedToAndRecordsWhatItFound) {
+  const PreparedMesh mesh = *prepare(sphere());
+  BakeOptions options = quick(3);
+  EXPECT_FALSE(bake(mesh, options)->audit.has_value());
+  EXPECT_EQ(bake(mesh, options)->record.audit_lines[0], 0u);
+  options.audit_lines = 9000;
+  const auto baked = bake(mesh, options);
+  ASSERT_TRUE(baked.ok() && baked->audit);
+  const AuditReport expected = audit(mesh, answers_of(baked->record, baked->tree()), no_answers(), {.lines = 9000});
+  for (bool aimed : {false, true}) {
+    EXPECT_EQ(baked->record.audit_lines[aimed], expected.sum(aimed).segments);
+    EXPECT_EQ(baked->record.audit_wrong[aimed], expected.sum(aimed).all_wrong());
+    EXPECT_EQ(baked->audit->sum(aimed).all_wrong(), expected.sum(aimed).all_wrong());
+  }
+  EXPECT_GT(baked->record.audit_bound_95, 0);
+}
+
+TEST(Bake, NamesItsPassesInOrder) {
+  BakeOptions options = quick(3);
+  options.audit_lines = 900, options.budget_bytes = 100 << 20;
+  std::vector<BakePass> passes;
+  options.on_pass = [&](BakePass pass) { passes.push_back(pass); };
+  ASSERT_TRUE(bake(*prepare(sphere()), options).ok());
+  EXPECT_EQ(passes, (std::vector{BakePass::trace, BakePass::classify, BakePass::demote, BakePass::clearances,
+                                 BakePass::audit}));
+}
+
+TEST(Bake, StopsInItsAudit) {
+  BakeOptions options = quick(2);
+  options.audit_lines = 2'000'000'000;  // half an hour of work
+  std::atomic<bool> auditing = false;
+  options.on_pass = [&](BakePass pass) { auditing = pass == BakePass::audit; };
+  options.stop = [&] { return auditing.load(); };
+  EXPECT_FALSE(bake(*prepare(leaves(40)), options).ok());
+}
+
+TEST(BakeTime, OfAPartIsAboutThatOfTheWhole) {
+  const PreparedMesh mesh = *prepare(leaves(100));
+  BakeOptions options = quick(4);
+  options.threads = 1;
+  const auto whole = time_bake(mesh, options, 1), part = time_bake(mesh, options, 8);
+  ASSERT_TRUE(whole.ok() && part.ok());
+  EXPECT_EQ(whole->rays, bake(mesh, options)->rays);
+  EXPECT_LT(part->rays, whole->rays / 2);
+  EXPECT_GT(part->seconds, whole->seconds / 4);  // the machine may be shared
+  EXPECT_LT(part->seconds, whole->seconds * 4);
 }
 
 TEST(Audit, DoesNotDependOnTheMeshsScale) {

@@ -6,6 +6,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 Line line_of(const SegmentOfCell& s) {

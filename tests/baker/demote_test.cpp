@@ -1,6 +1,5 @@
 #include "octree/demote.h"
 
-#include <cstring>
 #include <set>
 #include <tuple>
 
@@ -8,25 +7,17 @@
 
 #include <vcd/format/tree_statistics.h>
 
+#include "classify/make_classifier.h"
+#include "classify/sampled_cells.h"
+#include "measure/thinned_cells.h"
+#include "octree/octree.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/trees.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
-
-TreeArrays arrays_of(const TreeView& tree, uint32_t depth) {
-  const auto words = [](const void* from, uint64_t bytes) {
-    std::vector<uint32_t> copy(bytes / 4);
-    if (bytes) std::memcpy(copy.data(), from, bytes);
-    return copy;
-  };
-  return {depth,
-          tree.shape,
-          words(tree.top, tree.shape.top_bytes()),
-          words(tree.blocks256, tree.block256_count * kBlock256Words * 4),
-          words(tree.blocks16, tree.block16_count * kBlock16Words * 4),
-          words(tree.bricks, tree.brick_count * kBrickBytes)};
-}
 
 uint64_t bytes_of(const TreeView& tree) {
   return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
@@ -119,13 +110,23 @@ double pruned(const TreeView& tree, uint32_t depth, uint64_t budget) {
   return classified(without(too_few).view());  // a little over the budget: too good, if anything
 }
 
+// Of a deep tree a part, so that it is soon baked: what is below one in so many cells of the top table.
+TreeArrays part_of_tree(SourceMesh source, uint32_t depth, uint32_t one_in) {
+  const PreparedMesh mesh = *prepare(std::move(source));
+  const GridMesh grid(mesh);
+  const auto tracer = trace_in_grid(grid);
+  const SampledCells all(SampledClassifier(*tracer, 16, 0));
+  const ThinnedCells some(all, depth, one_in);
+  return std::move(build_octree({some, depth}, 0, [](uint64_t, uint64_t, uint64_t) {})->tree);
+}
+
 // lost: the share of the classified cells below mixed top cells that may be lost.
-void expect_better_than_pruning(const BakedObject& baked, uint32_t depth, uint64_t divisor, double lost) {
-  const TreeView before = baked.tree();
-  const double had = classified(before), mixed = had - classified(demote_merge(arrays_of(before, depth), 0).view());
+void expect_better_than_pruning(const TreeArrays& tree, uint64_t divisor, double lost) {
+  const TreeView before = tree.view();
+  const uint32_t depth = tree.depth;
+  const double had = classified(before), mixed = had - classified(demote_merge(tree, 0).tree.view());
   const uint64_t budget = before.shape.top_bytes() + (bytes_of(before) - before.shape.top_bytes()) / divisor;
-  uint64_t cells_lost = 0;
-  const TreeArrays after = demote_merge(arrays_of(before, depth), budget, 2, &cells_lost);
+  const auto [after, cells_lost] = demote_merge(tree, budget, 2);
   EXPECT_LE(bytes_of(after.view()), budget);
   EXPECT_GT(bytes_of(after.view()), budget * 98 / 100);
   expect_weaker_everywhere(before, after.view());
@@ -138,38 +139,31 @@ void expect_better_than_pruning(const BakedObject& baked, uint32_t depth, uint64
 // Bricks only; 16-way blocks; 256-way blocks. Of deep trees some top cells, so that they are soon baked.
 TEST(DemoteMerge, KeepsTheBudgetAndIsSafeAndBetterThanPruning) {
   if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
-  const BakedObject shallow = must_bake(sphere(), proven(5));
+  const TreeArrays shallow = arrays_of(must_bake(sphere(), proven(5)).tree(), 5);
   for (const auto& [divisor, lost] : {std::pair{2, 0.025}, {4, 0.065}, {8, 0.12}})
-    expect_better_than_pruning(shallow, 5, divisor, lost);
-  BakeOptions some = quick(6);
-  some.one_in = 8;
-  const BakedObject deep = must_bake(sphere(), some);
+    expect_better_than_pruning(shallow, divisor, lost);
+  const TreeArrays deep = part_of_tree(sphere(), 6, 8);
   for (const auto& [divisor, lost] : {std::pair{2, 0.03}, {4, 0.08}, {8, 0.18}})
-    expect_better_than_pruning(deep, 6, divisor, lost);
-  some = quick(7);
-  some.one_in = 64;
-  const BakedObject deeper = must_bake(sphere(), some);
+    expect_better_than_pruning(deep, divisor, lost);
+  const TreeArrays deeper = part_of_tree(sphere(), 7, 64);
   for (const auto& [divisor, lost] : {std::pair{2, 0.015}, {4, 0.065}})
-    expect_better_than_pruning(deeper, 7, divisor, lost);
+    expect_better_than_pruning(deeper, divisor, lost);
 }
 
 TEST(DemoteMerge, LeavesWhatFitsAlone) {
   const BakedObject baked = must_bake(leaves(20), proven(4));
   const TreeArrays before = arrays_of(baked.tree(), 4);
-  uint64_t cells_lost = 1;
-  expect_equal(demote_merge(before, bytes_of(baked.tree()), 1, &cells_lost), before);
-  EXPECT_EQ(cells_lost, 0u);
+  const Demoted after = demote_merge(before, bytes_of(baked.tree()), 1);
+  expect_equal(after.tree, before);
+  EXPECT_EQ(after.cells_lost, 0u);
 }
 
 TEST(DemoteMerge, GivesTheSameForAnyNumberOfThreads) {
   for (uint32_t depth : {5u, 6u, 7u}) {
-    BakeOptions options = quick(depth);
-    options.one_in = depth == 5 ? 1 : 64;
-    const BakedObject baked = must_bake(leaves(60), options);
-    const TreeArrays before = arrays_of(baked.tree(), depth);
-    const uint64_t budget = before.shape.top_bytes() + (bytes_of(baked.tree()) - before.shape.top_bytes()) / 5;
-    const TreeArrays one = demote_merge(before, budget, 1);
-    for (unsigned threads : {2u, 7u, 0u}) expect_equal(demote_merge(before, budget, threads), one);
+    const TreeArrays before = part_of_tree(leaves(60), depth, depth == 5 ? 1 : 64);
+    const uint64_t budget = before.shape.top_bytes() + (bytes_of(before.view()) - before.shape.top_bytes()) / 5;
+    const TreeArrays one = demote_merge(before, budget, 1).tree;
+    for (unsigned threads : {2u, 7u, 0u}) expect_equal(demote_merge(before, budget, threads).tree, one);
   }
 }
 
@@ -177,19 +171,19 @@ TEST(DemoteMerge, GivesTheSameForAnyNumberOfThreads) {
 TEST(DemoteMerge, KnowsEveryLayoutAndClass) {
   for (uint32_t depth = 2; depth <= 8; ++depth) {
     std::vector<Finding> findings;
-    const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / ("v2-hybrid" + std::to_string(depth) + ".vcd"));
-    const auto contents = read_sidecar(file, CheckLevel::full, findings);
+    const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / ("depth" + std::to_string(depth) + ".vcd"));
+    const auto contents = read_sidecar(file, CheckLevel::canonical, findings);
     ASSERT_TRUE(contents.has_value());
     const TreeView before = contents->objects[0].tree;
     const uint64_t smallest =
         before.shape.bytes(before.shape.has_blocks256 ? 3 : 0, before.shape.has_blocks16 ? 3 : 0, 3);
     for (uint64_t spare : {0, 64, 1000, 3000, 20000}) {
-      const TreeArrays after = demote_merge(arrays_of(before, depth), smallest + spare);
+      const TreeArrays after = demote_merge(arrays_of(before, depth), smallest + spare).tree;
       EXPECT_LE(bytes_of(after.view()), smallest + spare) << depth;
       expect_weaker_everywhere(before, after.view());
       expect_sound(after);
     }
-    EXPECT_EQ(bytes_of(demote_merge(arrays_of(before, depth), 10).view()), smallest);  // nothing fits
+    EXPECT_EQ(bytes_of(demote_merge(arrays_of(before, depth), 10).tree.view()), smallest);  // nothing fits
   }
 }
 
@@ -206,7 +200,7 @@ TEST(DemoteMerge, JoinsEveryPairOfClasses) {
   DagBuilder builder(2);
   for (uint32_t slot = 0; slot < kFacePairs; ++slot) builder.append({{kDeeper}, {slot % 2 ? a : b}});
   TreeArrays tree = builder.take();
-  const TreeArrays after = demote_merge(tree, bytes_of(tree.view()) - kBrickBytes);
+  const TreeArrays after = demote_merge(tree, bytes_of(tree.view()) - kBrickBytes).tree;
   ASSERT_EQ(after.bricks.size(), 16 * (kUniformBlocks + 1));
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), after.bricks.begin() + 16 * kUniformBlocks));
 }

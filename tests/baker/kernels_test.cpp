@@ -11,6 +11,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Plain twins of the kernels, one lane at a time.

@@ -11,6 +11,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 PreparedMesh must_prepare(SourceMesh mesh) {

@@ -8,6 +8,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr int kLines = 40000;  // a mesh
@@ -74,7 +75,7 @@ TEST(ProvenBake, NeverAnswersALineWrongly) {
       const Segment s = aimed(mesh, frame, random);
       const LineCell line = locate(frame, s);
       if (!line.valid || !line.hits) continue;
-      const uint32_t value = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line);
+      const auto value = static_cast<uint32_t>(class_of(tree, line));
       ++answers[value];
       if (value > kBlocked) continue;
       const Meets truth = meets_any(across(frame, s, line), triangles);

@@ -10,6 +10,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr uint32_t kDepth = kSanitized ? 3 : 4;
@@ -31,7 +32,7 @@ std::vector<uint8_t> classes(const TreeView& tree, uint32_t depth) {
     line.pair = i >> (4 * depth);
     line.s = (i >> (3 * depth) & mask) << up, line.t = (i >> (2 * depth) & mask) << up;
     line.u = (i >> depth & mask) << up, line.v = (i & mask) << up;
-    out[i] = static_cast<uint8_t>(bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line));
+    out[i] = static_cast<uint8_t>(class_of(tree, line));
   }
   return out;
 }

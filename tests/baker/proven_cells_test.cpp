@@ -2,12 +2,14 @@
 #include <gtest/gtest.h>
 
 #include "classify/crossings.h"
+#include "classify/make_classifier.h"
 #include "classify/proven.h"
 #include "prepare/topology.h"
 #include "support/hostile_meshes.h"
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr long double kGuard = 0.05L;
@@ -90,8 +92,9 @@ TEST(ProvenClassifier, IsNeverContradictedByALineOfTheGrownCell) {
   Random random(1);
   Tally all;
   for (const PreparedMesh& mesh : hostile_meshes()) {
-    const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-    const ProvenClassifier classifier(mesh, *tracer, {});
+    const GridMesh grid(mesh);
+    const auto tracer = trace_in_grid(grid);
+    const ProvenClassifier classifier(grid, *tracer, {});
     Workspace workspace;
     const Judge judge(mesh);
     for (int i = 0; i < kCells; ++i) {
@@ -146,8 +149,9 @@ TEST(Proofs, AreNeverContradictedByALineOfTheGrownCell) {
 
 TEST(ProvenClassifier, TakesAnotherLineWhereTheFirstPassesThroughAnEdge) {
   const PreparedMesh mesh = prepared_on_grid(on_grid(cube(), 16));
-  const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-  const ProvenClassifier classifier(mesh, *tracer, {});
+  const GridMesh grid(mesh);
+  const auto tracer = trace_in_grid(grid);
+  const ProvenClassifier classifier(grid, *tracer, {});
   Workspace workspace;
   for (uint32_t s = 2; s < 6; ++s)
     for (uint32_t u = 2; u < 6; ++u)  // their middles lie in the plane of two diagonals
@@ -159,8 +163,9 @@ TEST(ProvenClassifier, ProvesNearlyAllThatLinesSuggest) {
   Random random(3);
   int suggested[2] = {}, proven[2] = {};
   for (const PreparedMesh& mesh : {*prepare(sphere(12, 20)), *prepare(cube()), *prepare(leaves(30))}) {
-    const auto tracer = Tracer::build(positions_in_grid(mesh), mesh.triangles);
-    const ProvenClassifier classifier(mesh, *tracer, {});
+    const GridMesh grid(mesh);
+    const auto tracer = trace_in_grid(grid);
+    const ProvenClassifier classifier(grid, *tracer, {});
     Workspace workspace;
     const auto triangles = triangles_in_grid(mesh);
     for (int i = 0; i < 1500; ++i) {

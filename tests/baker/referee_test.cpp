@@ -17,6 +17,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();

@@ -9,6 +9,7 @@
 #include "support/meshes.h"
 
 namespace vcd {
+using namespace baker;
 namespace {
 
 std::string hash_of_bakes() {

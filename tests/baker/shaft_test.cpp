@@ -6,6 +6,7 @@
 #include "support/shaft_lines.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr long double kGuard = 0.05L, kGrowth = kGuard + 0x1p-10L;  // with the slack; not the baker's constants

@@ -8,6 +8,7 @@
 #include "support/hostile_meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 std::vector<uint32_t> paired(const SourceMesh& mesh) { return pair_edges(mesh.positions, mesh.triangles); }

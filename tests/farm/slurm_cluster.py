@@ -78,7 +78,7 @@ class SlurmCluster:
         """Why there can be no cluster here, or None."""
         programs = [program for program in PROGRAMS if not shutil.which(program)]
         if programs:
-            return f"needs {', '.join(programs)}; tools/install_dependencies.sh installs slurm-wlm and munge"
+            return f"needs {', '.join(programs)}; tools/install_dependencies.sh test installs slurm-wlm and munge"
         return daemon.refusal()
 
     def __enter__(self):

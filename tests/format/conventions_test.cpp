@@ -12,6 +12,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
@@ -129,7 +130,7 @@ TEST_F(Conventions, S10_AnEndInsideTheBoxIsClearInClearCellsOnly) {
 
 TEST_F(Conventions, S11_WithoutClearCellsAnEndInsideIsNotLookedUp) {
   TreeView tree = baked_->tree();
-  tree.has_clear = false;
+  tree.answers = answer_table(Trust::statistics, kAllClasses & ~just(CellClass::clear));
   tree.top = nullptr;  // a look-up would crash
   const GridFrame frame = make_grid_frame(baked_->record.box_min, baked_->record.box_max);
   const Segment s = {{0.95f, 0.95f, 0}, 0, {0, 0, 10}, 1};

@@ -12,6 +12,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // The counts straight from the definition: every cell of the deepest level, asked one by one.
@@ -37,7 +38,7 @@ class Dense {
       const uint32_t up = 8 - levels_;
       LineCell line{};
       line.pair = pair, line.s = s << up, line.t = t << up, line.u = u << up, line.v = v << up;
-      const uint32_t bits = bits_from_slot(tree_, tree_.shape, top_slot(tree_.shape, line), line);
+      const auto bits = static_cast<uint32_t>(class_of(tree_, line));
       ++statistics_.cells[bits];
       ++statistics_.nodes_unfolded;
       ++statistics_.nodes_folded;

@@ -35,7 +35,7 @@ inline void require_ingested(const Ingested& ingested) {
 }
 
 // The header of prepare.h, sentence by sentence.
-inline void require_prepared(const PreparedMesh& mesh) {
+inline void require_prepared(const baker::PreparedMesh& mesh) {
   require(!mesh.triangles.empty(), "a prepared mesh has a triangle");
   require(std::ranges::adjacent_find(mesh.positions, std::greater_equal()) == mesh.positions.end(),
           "positions are sorted and unique");
@@ -61,14 +61,14 @@ inline void require_prepared(const PreparedMesh& mesh) {
 
 // Prepares a mesh, and the result once more, which must change nothing.
 inline void require_prepare_holds(SourceMesh mesh) {
-  Result<PreparedMesh> once = prepare(std::move(mesh));
+  Result<baker::PreparedMesh> once = baker::prepare(std::move(mesh));
   if (!once) {
     require(once.error().code == ErrorCode::invalid_file || once.error().code == ErrorCode::unsupported,
-            "prepare() fails with invalid_file or unsupported");
+            "baker::prepare() fails with invalid_file or unsupported");
     return;
   }
   require_prepared(*once);
-  const Result<PreparedMesh> twice = prepare({"", 0, once->positions, once->triangles});
+  const Result<baker::PreparedMesh> twice = baker::prepare({"", 0, once->positions, once->triangles});
   require(twice.ok() && twice->duplicate_triangles == 0 && twice->zero_area_triangles == 0,
           "a prepared mesh can be prepared again");
   require(twice->positions == once->positions && twice->triangles == once->triangles &&

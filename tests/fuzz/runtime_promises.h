@@ -24,13 +24,13 @@ inline Answer plain_answer(const ObjectContents& object, const Segment& s, bool 
   LineCell line = test::reference_locate(record.box_min, record.box_max, s);
   if (!line.valid) return Answer::unclassified;
   if (!line.hits || s.t_min >= line.t_exit || s.t_max <= line.t_entry) return Answer::clear;
-  const uint32_t cell = bits_from_slot(object.tree, object.tree.shape, top_slot(object.tree.shape, line), line);
+  const auto cell = static_cast<uint32_t>(class_of(object.tree, line));
   if (cell == 0) return Answer::clear;
   if (cell != 1 && (cell != 3 || method != Method::hybrid || proven_only)) return Answer::unclassified;
   if (s.t_min <= line.t_entry && s.t_max >= line.t_exit) return Answer::blocked;
-  if (!object.tree.margins) return Answer::unclassified;
+  if (!object.tree.clearances) return Answer::unclassified;
   line.swapped = locate(make_grid_frame(record.box_min, record.box_max), s).swapped;
-  return covers(object.tree.margins, line, s.t_min, s.t_max) ? Answer::blocked : Answer::unclassified;
+  return covers(object.tree.clearances, line, s.t_min, s.t_max) ? Answer::blocked : Answer::unclassified;
 }
 
 // counts_are_right: the record's counts have been checked. If not, "no clear cell" there may be a lie that leaves a

@@ -65,7 +65,7 @@ class SceneQueries {
       for (const bool hits : {false, true}) {
         std::vector<uint64_t> blocked(bits.blocked.size(), ~uint64_t{0});
         scene.occluded(
-            bundle, blocked, [&](const OpenSegments& open) { trace(scene, open, bundle.size(), hits); }, query);
+            bundle, blocked, [&](const UnclassifiedSegments& open) { trace(scene, open, bundle.size(), hits); }, query);
         if (bundle.size() % 64) require(blocked.back() >> (bundle.size() % 64) == 0, "bits past the last sample are 0");
       }
     }
@@ -104,7 +104,7 @@ class SceneQueries {
   // The answers of the call that lists what is open, and what it says of its list.
   std::vector<Answer> listed_answers(const Scene& scene) const {
     std::vector<Answer> answers(segments_.size(), Answer::blocked);
-    std::vector<OpenPair> open(64);
+    std::vector<UnclassifiedPair> open(64);
     const auto [count, complete] = scene.classify(segments_, answers, open, query_);
     require(count <= open.size(), "no more is listed than there is room for");
     std::vector<bool> listed(segments_.size());
@@ -121,7 +121,7 @@ class SceneQueries {
     return answers;
   }
 
-  static void trace(const Scene& scene, const OpenSegments& open, size_t size, bool hits) {
+  static void trace(const Scene& scene, const UnclassifiedSegments& open, size_t size, bool hits) {
     require(open.instance < scene.size() && open.segments.count > 0 && open.segments.count <= 256,
             "open segments are of an instance");
     volatile float sum = 0;
@@ -136,7 +136,7 @@ class SceneQueries {
     for (const bool hits : {false, true}) {
       std::vector<uint64_t> blocked((segments_.size() + 63) / 64, ~uint64_t{0});
       scene.occluded(
-          segments_, blocked, [&](const OpenSegments& open) { trace(scene, open, segments_.size(), hits); }, query_);
+          segments_, blocked, [&](const UnclassifiedSegments& open) { trace(scene, open, segments_.size(), hits); }, query_);
       for (size_t i = 0; i < segments_.size(); ++i) {
         const bool bit = blocked[i / 64] >> (i % 64) & 1;
         if (answers[i] == Answer::blocked) require(bit, "what a sidecar blocks is blocked");

@@ -114,7 +114,7 @@ void recount(LooseSidecar& sidecar) {
   std::vector<Finding> findings;
   const auto contents = read_sidecar(std::as_bytes(std::span(bytes)), CheckLevel::bounds, findings);
   LooseSection* objects = sidecar.first_of(kSectionObjects);
-  if (!contents || contents->header->version_major == 1 || !objects) return;
+  if (!contents || !objects) return;
   for (size_t i = 0; i < contents->objects.size(); ++i) {
     const TreeStatistics statistics = measure_tree(contents->objects[i].tree);
     ObjectRecord record = *contents->objects[i].record;

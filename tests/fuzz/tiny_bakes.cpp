@@ -18,6 +18,7 @@
 #include "support/files.h"
 
 namespace vcd::fuzz {
+using namespace baker;
 namespace {
 
 constexpr uint32_t kMostTriangles = 24;

@@ -16,7 +16,8 @@ using Point = std::array<double, 3>;
 
 class TinyLines {
  public:
-  TinyLines(const PreparedMesh& mesh, uint32_t depth, uint64_t seed) : mesh_(mesh), side_(1u << depth), random_(seed) {
+  TinyLines(const baker::PreparedMesh& mesh, uint32_t depth, uint64_t seed)
+      : mesh_(mesh), side_(1u << depth), random_(seed) {
     for (size_t a = 0; a < 3; ++a) low_[a] = mesh.box_min[a], size_[a] = double{mesh.box_max[a]} - low_[a];
   }
 
@@ -71,18 +72,18 @@ class TinyLines {
     return p;
   }
 
-  const PreparedMesh& mesh_;
+  const baker::PreparedMesh& mesh_;
   uint32_t side_;
   Point low_, size_;
   std::mt19937_64 random_;
 };
 
 // Those of an audit, of every kind, and lines between corners of cells, vertices, edges and faces of the mesh.
-inline std::vector<Segment> tiny_lines(const PreparedMesh& mesh, uint32_t depth, uint64_t seed) {
+inline std::vector<Segment> tiny_lines(const baker::PreparedMesh& mesh, uint32_t depth, uint64_t seed) {
   constexpr uint64_t kOfEachKind = 60;
   std::vector<Segment> lines;
-  for (size_t kind = 0; kind < kAuditKinds; ++kind) {
-    const auto more = audit_segments(mesh, static_cast<AuditKind>(kind), seed, kOfEachKind);
+  for (size_t kind = 0; kind < baker::kAuditKinds; ++kind) {
+    const auto more = audit_segments(mesh, static_cast<baker::AuditKind>(kind), seed, kOfEachKind);
     lines.insert(lines.end(), more.begin(), more.end());
   }
   TinyLines tiny(mesh, depth, seed);

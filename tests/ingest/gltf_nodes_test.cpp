@@ -176,26 +176,6 @@ struct Defect {
 };
 
 const std::vector<Defect> defects = {
-    {"cycle", [](json& d) { d["nodes"][1]["children"] = {0}; }, "node 0 \"root\": is its own ancestor"},
-    {"own child", [](json& d) { d["nodes"][2]["children"] = {2}; }, "node 2: is its own ancestor"},
-    {"below a cycle",
-     [](json& d) {
-       d["nodes"] = {{{"mesh", 0}}, {{"children", {2}}}, {{"children", {0, 1}}}};
-       d.erase("scenes");
-     },
-     "node 2: is its own ancestor"},
-    {"two parents", [](json& d) { d["nodes"][2]["children"] = {1}; },
-     "node 1: is a child of node 0 and again of node 2"},
-    {"twice a child",
-     [](json& d) {
-       d["nodes"][0]["children"] = {1, 1};
-     },
-     "node 1: is a child of node 0 and again"},
-    {"root with a parent",
-     [](json& d) {
-       d["scenes"][0]["nodes"] = {0, 1};
-     },
-     "node 1: is a root of scene 0 and a child of node 0"},
     {"no child", [](json& d) { d["nodes"][0]["children"] = {3}; },
      "node 0 \"root\": children: node 3 does not exist, the file has 3"},
     {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; }, "node 4294967296 does not exist"},
@@ -234,20 +214,96 @@ const std::vector<Defect> defects = {
        d["nodes"][1]["translation"] = {0, nullptr, 0};
      },
      "node 1: translation holds something"},
+};
+
+// What other readers of glTF take too, with a note each; the expected places of the meshes of nodes 1 and 2.
+struct Oddity {
+  const char* name;
+  std::function<void(json&)> bend;
+  std::vector<float> x;  // of the placements
+  const char* note;
+};
+
+const std::vector<Oddity> oddities = {
+    {"cycle", [](json& d) { d["nodes"][1]["children"] = {0}; }, {3}, "node 0 \"root\" left out: it hangs on a cycle"},
+    {"own child", [](json& d) { d["nodes"][2]["children"] = {2}; }, {12}, "node 2 left out: it hangs on a cycle"},
+    {"two parents",
+     [](json& d) { d["nodes"][2]["children"] = {1}; },
+     {12, 3},
+     "node 1: is a child of node 0 and again of node 2; the first taken"},
+    {"twice a child",
+     [](json& d) {
+       d["nodes"][0]["children"] = {1, 1};
+     },
+     {12, 3},
+     ""},
+    {"root with a parent",
+     [](json& d) {
+       d["scenes"][0]["nodes"] = {0, 1, 2};
+     },
+     {12, 3},
+     "node 1: is a root of scene 0 and a child of node 0, in whose frame it stands"},
+    {"only the child", [](json& d) { d["scenes"][0]["nodes"] = {1}; }, {12}, "node 1: is a root of scene 0"},
     {"no rotation",
      [](json& d) {
        d["nodes"][1]["rotation"] = {0, 0, 0, 0};
      },
-     "node 1: rotation is not a unit quaternion"},
-    {"projective", [](json& d) { d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 0, 0, 0, 1}; },
-     "node 1: the last row of its matrix is not 0, 0, 0, 1"},
-    {"both",
+     {12, 3},
+     "node 1: its rotation has no direction; taken as none"},
+    {"nearly affine",
      [](json& d) {
-       d["nodes"][1]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
-       d["nodes"][1]["scale"] = {1, 1, 1};
+       d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 1e-17, 0, 1, 0, 0, 0, 0, 1, 0, 3, 0, 0, 0.99999994}}};
      },
-     "node 1: has both a matrix and a scale"},
+     {12, 3},
+     ""},
+    {"projective",
+     [](json& d) {
+       d["nodes"][2] = {{"mesh", 0}, {"matrix", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0.5, 3, 0, 0, 1}}};
+     },
+     {12, 3},
+     "node 2: the last row of its matrix is not 0, 0, 0, 1; taken as if it were"},
+    {"both",
+     [](json& d) { d["nodes"][2]["matrix"] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1}; },
+     {12, 5},
+     "node 2: has both a matrix and a translation; the matrix taken"},
+    {"null",
+     [](json& d) {
+       d["nodes"][2]["matrix"] = nullptr;
+       d["nodes"][1]["skin"] = nullptr;
+     },
+     {12, 3},
+     ""},
 };
+
+TEST_F(GltfNodes, OdditiesCostANoteAndNotThePicture) {
+  for (const Oddity& oddity : oddities) {
+    SCOPED_TRACE(oddity.name);
+    GltfBuilder builder = with_nodes({{{"name", "root"}, {"translation", {10, 0, 0}}, {"children", {1}}},
+                                      {{"mesh", 0}, {"translation", {2, 0, 0}}},
+                                      {{"mesh", 0}, {"translation", {3, 0, 0}}}});
+    builder.document["scenes"] = {{{"nodes", {0, 2}}}};
+    oddity.bend(builder.document);
+    const Ingested ingested = read(builder);
+    std::vector<float> x;
+    for (const Placement& placement : ingested.placements) x.push_back(placement.transform[3]);
+    EXPECT_EQ(x, oddity.x);
+    if (*oddity.note == 0) EXPECT_TRUE(ingested.notes.empty());
+    else
+      EXPECT_TRUE(!ingested.notes.empty() && ingested.notes[0].starts_with(oddity.note))
+          << (ingested.notes.empty() ? "" : ingested.notes[0]);
+  }
+}
+
+TEST_F(GltfNodes, AShiftMovesTheMeshAndItsPlacementsBack) {
+  const GltfBuilder builder =
+      with_nodes({{{"mesh", 0}}, {{"mesh", 0}, {"scale", {2, 2, 2}}, {"translation", {0, 0, 9}}}});
+  const Ingested ingested = read(builder, {.placements = true, .shift = {0.5, 0, -3}});
+  EXPECT_EQ(ingested.meshes[0].positions[1], (Position{0.5f, 0, 3}));
+  EXPECT_EQ(ingested.meshes[0].shift, (std::array<double, 3>{0.5, 0, -3}));
+  ASSERT_EQ(ingested.placements.size(), 2u);
+  EXPECT_EQ(ingested.placements[0].transform, (Transform{1, 0, 0, 0.5f, 0, 1, 0, 0, 0, 0, 1, -3}));
+  EXPECT_EQ(ingested.placements[1].transform, (Transform{2, 0, 0, 1, 0, 2, 0, 0, 0, 0, 2, 3}));
+}
 
 TEST_F(GltfNodes, DefectsAreRefusedIfPlacementsAreAskedForOnly) {
   for (const Defect& defect : defects) {

@@ -91,8 +91,10 @@ TEST_F(Ply, DoublesAndIntegersBecomeTheNearestFloats) {
   for (int i = 0; i < 3; ++i) {
     body += bytes_of(0.1 + i) + bytes_of(int32_t{-123456789}) + bytes_of(int16_t{-2});
   }
-  const Ingested in = read("a.ply", head + body + face_bytes<uint8_t, int32_t>(false, {{0, 1, 2}}));
-  EXPECT_EQ(in.meshes[0].positions[0], (Position{0.1f, -123456792.0f, -2.0f}));
+  const auto in =
+      ingest(write("a.ply", head + body + face_bytes<uint8_t, int32_t>(false, {{0, 1, 2}})), {.coarse = true});
+  ASSERT_TRUE(in.ok()) << in.error().message;
+  EXPECT_EQ(in->meshes[0].positions[0], (Position{0.1f, -123456792.0f, -2.0f}));
 }
 
 TEST_F(Ply, UnknownElementsAndPropertiesAreSkipped) {

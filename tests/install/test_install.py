@@ -46,6 +46,12 @@ class Install(unittest.TestCase):
         run("cmake", "--build", build)
         self.assertRegex(run(build / "consumer", GOLDEN), r"^4 objects, (not )?blocked\n$")
         self.assert_links_no_foreigner(build / "consumer")
+        needs = run("nm", "-D", "--undefined-only", build / "consumer")
+        self.assertIn("ZSTD_decompress", needs)
+        for name in ("ZSTD_compress", "linkat", "fsync"):  # what only vcd::writer calls
+            self.assertNotIn(name, needs)
+        self.assertRegex(run(build / "writes", build / "empty.vcd"), r"^\d+ bytes\n$")
+        self.assertIn("0 objects", run(self.prefix / "bin" / "vc-info", build / "empty.vcd"))
 
     def test_headers_of_the_runtime_allow_fast_math(self):
         run("c++", "-std=c++20", "-Ofast", "-march=native", "-fsyntax-only", f"-I{self.prefix}/include", HERE / "consumer" / "main.cpp")

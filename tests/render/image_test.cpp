@@ -12,6 +12,9 @@
 #include "support/files.h"
 
 namespace vcd::test {
+
+using namespace render;
+
 namespace {
 
 Image gradient() {

@@ -6,11 +6,14 @@
 
 #include <gtest/gtest.h>
 
+#include <vcd/baker/measure.h>
+
 #include "render/recording.h"
 #include "render/sampling.h"
 #include "worlds.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 bool same_bits(const Image& a, const Image& b) {
@@ -103,9 +106,12 @@ TEST(Renderer, SelfShadowRaysAreCastOnlyWhereTheSurfaceFacesTheLight) {
 TEST(Renderer, UnclassifiedCellsGiveTheBvhsPictureToTheLastBit) {
   const TemporaryFolder folder;
   for (const World& world : {one_object(), several_instances()}) {
-    BakeOptions options = quick(4);
-    options.blank = true;
-    const WorldSidecars sidecars = must_bake(world, options, folder);
+    std::vector<BakedObject> unclassified;
+    for (const WorldObject& object : world.objects) unclassified.push_back(make_unclassified_object(object.mesh, 4));
+    ASSERT_TRUE(write_world(world, unclassified, folder / "world.vcd").ok());
+    auto sidecars_or_error = open_sidecars(world, {(folder / "world.vcd").string()});
+    ASSERT_TRUE(sidecars_or_error.ok());
+    const WorldSidecars& sidecars = *sidecars_or_error;
     for (const EmbreeQuery& packets : world.ways_to_trace()) {
       const Image expected = must_render(world, small_picture(), bvh(world, packets)).image;
       EXPECT_TRUE(
@@ -129,7 +135,7 @@ TEST(Renderer, CanBeStopped) {
   const World world = one_object();
   RenderHooks hooks;
   hooks.stop = [] { return true; };
-  EXPECT_FALSE(render(world, small_picture(), bvh(world), hooks).ok());
+  EXPECT_FALSE(render::render(world, small_picture(), bvh(world), hooks).ok());
 }
 
 TEST(Sidecars, ThoseOfAnotherMeshAreStale) {

@@ -13,6 +13,8 @@
 
 namespace vcd::test {
 
+using namespace render;
+
 inline scenes::Mesh scene_mesh(SourceMesh mesh) {
   return {std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}};
 }
@@ -49,8 +51,9 @@ inline RenderSettings small_picture(unsigned threads = 1) {
   return settings;
 }
 
-inline WorldSidecars must_bake(const World& world, const BakeOptions& options, const TemporaryFolder& folder) {
-  const auto baked = bake_world(world, options, folder / "world.vcd", [](const WorldObject&, const BakeProgress&) {});
+inline WorldSidecars must_bake(const World& world, const baker::BakeOptions& options, const TemporaryFolder& folder) {
+  const auto baked =
+      bake_world(world, options, folder / "world.vcd", [](const WorldObject&, const baker::BakeProgress&) {});
   if (!baked) throw std::runtime_error(baked.error().message);
   auto sidecars = open_sidecars(world, {(folder / "world.vcd").string()});
   if (!sidecars) throw std::runtime_error(sidecars.error().message);
@@ -58,7 +61,7 @@ inline WorldSidecars must_bake(const World& world, const BakeOptions& options, c
 }
 
 inline Rendered must_render(const World& world, const RenderSettings& settings, const MakeCaster& make) {
-  auto rendered = render(world, settings, make);
+  auto rendered = render::render(world, settings, make);
   if (!rendered) throw std::runtime_error(rendered.error().message);
   return std::move(*rendered);
 }

@@ -20,8 +20,8 @@ except ImportError:
 
 TOOL = pathlib.Path(__file__).resolve().parents[2] / "tools" / "report"
 BROWSER = page_browser is not None and page_browser.available()
-WHY = "needs python3-matplotlib; tools/install_dependencies.sh installs it"
-WHY_BROWSER = "needs chromium, chromium-driver, python3-selenium, python3-matplotlib; tools/install_dependencies.sh installs them"
+WHY = "needs python3-matplotlib; tools/install_dependencies.sh lab installs it"
+WHY_BROWSER = "needs chromium, chromium-driver, python3-selenium, python3-matplotlib; tools/install_dependencies.sh lab installs them"
 
 
 def run(folder, *options):

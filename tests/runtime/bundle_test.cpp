@@ -12,7 +12,7 @@
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
 
-#include "range_class.h"
+#include "lookup/range_class.h"
 #include "support/count_allocations.h"
 #include "support/files.h"
 #include "support/meshes.h"
@@ -20,6 +20,7 @@
 #include "support/segments.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 struct Light {
@@ -272,9 +273,9 @@ Visibility slow_range_class(const TreeView& tree, const CellRange& r) {
         for (uint32_t v = r.low[3]; v <= r.high[3]; ++v) {
           LineCell line{};
           line.pair = r.pair, line.s = s << up, line.t = t << up, line.u = u << up, line.v = v << up;
-          const uint32_t bits = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line);
-          clear &= bits == 0;
-          blocked &= (0b10'10'10'00u ^ tree.blocked_answers) >> (2 * bits) & 1;
+          const Visibility found = tree.answers(Place::pierces, class_of(tree, line));
+          clear &= found == Visibility::clear;
+          blocked &= found == Visibility::blocked;
         }
   return clear ? Visibility::clear : blocked ? Visibility::blocked : Visibility::unclassified;
 }
@@ -286,11 +287,11 @@ TEST(RangeClass, IsThatOfEveryCell) {
   for (uint32_t depth = 1; depth <= 8; ++depth) {
     std::vector<Finding> findings;
     const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / ("v2-hybrid" + std::to_string(depth) + ".vcd"));
-    const auto contents = read_sidecar(file, CheckLevel::full, findings);
+    const auto contents = read_sidecar(file, CheckLevel::canonical, findings);
     ASSERT_TRUE(contents.has_value());
     TreeView tree = contents->objects[0].tree;
-    for (uint32_t answers : {TreeView::kProvenAnswers, TreeView::kAllAnswers}) {
-      tree.blocked_answers = answers;
+    for (const Trust trust : {Trust::proofs, Trust::statistics}) {
+      tree.answers = answer_table(trust);
       const uint32_t width = 1u << tree.shape.levels;
       for (int i = 0; i < 20000; ++i) {
         CellRange range{random.below(kFacePairs), {}, {}};

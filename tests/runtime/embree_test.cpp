@@ -15,6 +15,7 @@
 #include "support/random.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 Tracer trace(const SourceMesh& mesh) { return std::move(*Tracer::build(mesh.positions, mesh.triangles)); }

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/measure.h>
 #include <vcd/runtime/vcd.h>
 
 #include "support/count_allocations.h"
@@ -17,6 +18,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Lines of all kinds through and about a box: random ones, along axes, through corners and edges, in faces, from far
@@ -147,10 +149,8 @@ TEST(Kernels, EqualSingleCallsOnBakedMeshes) {
   for (const BakedObject& object : objects)
     expect_all_kernels_alike(sidecar_bytes({&object}), object.name, &object == objects);
   // Nothing clear, nothing blocked: what has no answer is not looked for.
-  BakeOptions blank = quick(3);
-  blank.blank = true;
-  const BakedObject unclassified = must_bake(sphere(), blank);
-  expect_all_kernels_alike(sidecar_bytes({&unclassified}), "blank", false);
+  const BakedObject unclassified = make_unclassified_object(*prepare(sphere()), 3);
+  expect_all_kernels_alike(sidecar_bytes({&unclassified}), "unclassified", false);
   BakeOptions none = quick(3);
   none.method = Method::none;
   const BakedObject nothing = must_bake(sphere(), none);

@@ -30,8 +30,8 @@ TEST(LookUpPolicy, TakesTheCheaperWayForEachKind) {
   policy.fix(From::inside, Use::measured);
   decide(policy, From::inside, 40, 39.5);  // not worth while
   EXPECT_FALSE(policy.look_up(From::inside));
-  EXPECT_FALSE(policy.undecided(From::own));
-  EXPECT_FALSE(policy.look_up(From::own));
+  EXPECT_FALSE(policy.undecided(From::self));
+  EXPECT_FALSE(policy.look_up(From::self));
 }
 
 TEST(LookUpPolicy, TriesBothWaysInTurn) {
@@ -58,10 +58,10 @@ TEST(LookUpPolicy, DoesAsTheRendererSays) {
   EXPECT_FALSE(policy.look_up(From::inside));
   policy.took(From::outside, true, 1e9, 1);
   EXPECT_TRUE(policy.look_up(From::outside));
-  EXPECT_TRUE(policy.undecided(From::own));
-  policy.fix(From::own, Use::always);
-  EXPECT_FALSE(policy.undecided(From::own));
-  EXPECT_TRUE(policy.look_up(From::own));
+  EXPECT_TRUE(policy.undecided(From::self));
+  policy.fix(From::self, Use::always);
+  EXPECT_FALSE(policy.undecided(From::self));
+  EXPECT_TRUE(policy.look_up(From::self));
   policy.fix(From::outside, Use::measured);
   EXPECT_TRUE(policy.undecided(From::outside));
 }

@@ -20,6 +20,7 @@
 #include "support/segments.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // Turned, stretched along its axes by up to four, mirrored now and then.
@@ -106,13 +107,13 @@ TEST(Scene, AnswersForAllInstancesAndNamesWhatIsOpen) {
   const Forest forest(kSanitized ? 12 : 40, kSpread, 0, kSanitized ? 3 : 4);
   const auto segments = forest.segments(kSanitized ? 300 : 4000, kSpread, 0);
   std::vector<Visibility> first;
-  std::vector<OpenPair> first_open;
+  std::vector<UnclassifiedPair> first_open;
   for (const std::string& kernel : kernels()) {
     const auto scene = Scene::build(forest.instances, kernel);
     ASSERT_TRUE(scene.ok()) << scene.error().message;
     EXPECT_EQ(scene->size(), forest.instances.size());
     std::vector<Visibility> answers(segments.size());
-    std::vector<OpenPair> open(segments.size() * 8);
+    std::vector<UnclassifiedPair> open(segments.size() * 8);
     const auto [count, complete] = scene->classify(segments, answers, open);
     EXPECT_TRUE(complete);
     open.resize(count);
@@ -216,7 +217,7 @@ TEST(Scene, HeedsMasksOriginsAndInstancesWithoutSidecars) {
       s.origin[a] = own.to_world.rows[a][3];
       for (int j = 0; j < 3; ++j) s.origin[a] += own.to_world.rows[a][j] * 0.5f * (own.box_min[j] + own.box_max[j]);
     }
-    std::array<OpenPair, 64> open;
+    std::array<UnclassifiedPair, 64> open;
     Visibility answer;
     SceneQuery query;
     query.origins = std::span(&k, 1);
@@ -314,7 +315,7 @@ Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& 
   Asked asked;
   std::set<std::pair<uint32_t, uint32_t>> pairs;
   blocked.assign((segments.size() + 63) / 64, 7);
-  occluded(blocked, [&](const OpenSegments& open) {
+  occluded(blocked, [&](const UnclassifiedSegments& open) {
     ++asked.calls;
     for (size_t k = 0; k < open.segments.count; ++k) {
       const Segment& s = segments[open.indices[k]];
@@ -502,7 +503,7 @@ TEST(Scene, TakesBundlesOfAnyFloats) {
 }
 
 // Blocks every third segment, and counts.
-void trace_in_c(void* context, const vcd_open_segments* open) {
+void trace_in_c(void* context, const vcd_unclassified_segments* open) {
   for (size_t k = 0; k < open->segments.count; ++k) open->blocked[k] = open->indices[k] % 3 == 0;
   *static_cast<uint64_t*>(context) += open->segments.count;
 }
@@ -528,7 +529,7 @@ TEST(Scene, InC) {
 
   FloatRandom random(8);
   uint64_t asked[2] = {}, blocked[2][16] = {};
-  const auto trace = [&](const OpenSegments& open) {
+  const auto trace = [&](const UnclassifiedSegments& open) {
     for (size_t k = 0; k < open.segments.count; ++k) open.blocked[k] = open.indices[k] % 3 == 0;
     asked[0] += open.segments.count;
   };
@@ -596,7 +597,7 @@ TEST(Scene, HandsOverMoreInstancesThanItCanList) {
     for (uint32_t wanted : {0u, 63u, 64u, 65u, 199u}) {
       std::vector<uint64_t> blocked(5);
       uint64_t meeting = 0;
-      scene->occluded(*segments, blocked, [&](const OpenSegments& open) {
+      scene->occluded(*segments, blocked, [&](const UnclassifiedSegments& open) {
         for (size_t k = 0; k < open.segments.count; ++k) open.blocked[k] = open.instance == wanted;
         meeting += open.instance == wanted ? open.segments.count : 0;
       });
@@ -612,15 +613,15 @@ TEST(Scene, DoesNotAllocate) {
   const auto scene = Scene::build(forest.instances);
   const auto segments = forest.segments(500, kSpread, 0);
   std::vector<Visibility> answers(segments.size());
-  std::vector<OpenPair> open(5000);
+  std::vector<UnclassifiedPair> open(5000);
   FloatRandom random(3);
   const SceneLight light(random, 300, kSpread);
   std::vector<uint64_t> blocked((segments.size() + 63) / 64), left(blocked);
   const uint64_t before = allocation_count();
   scene->classify(segments, answers, open);
   for (const Segment& s : segments) (void)scene->occluded(s, [](uint32_t) { return false; });
-  scene->occluded(segments, blocked, [](const OpenSegments&) {});
-  scene->occluded(light.quad, blocked, [](const OpenSegments&) {});
+  scene->occluded(segments, blocked, [](const UnclassifiedSegments&) {});
+  scene->occluded(light.quad, blocked, [](const UnclassifiedSegments&) {});
   scene->classify(light.sphere, blocked, left);
   EXPECT_EQ(allocation_count(), before);
 }

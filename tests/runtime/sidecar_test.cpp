@@ -21,6 +21,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 class Runtime : public testing::Test {
@@ -145,7 +146,7 @@ TEST_F(Runtime, ErrorsNameTheFileAndTheReason) {
   EXPECT_EQ(Sidecar::open(folder_->path()).error().code, ErrorCode::io);
   write_file(path("empty.vcd"), {});
   for (Load load : {Load::map, Load::copy}) {
-    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::full});
+    const auto empty = Sidecar::open(path("empty.vcd"), {load, CheckLevel::checksums});
     ASSERT_FALSE(empty.ok());
     EXPECT_EQ(empty.error().code, ErrorCode::invalid_file);
     EXPECT_NE(empty.error().message.find("file-too-short"), std::string::npos);
@@ -176,9 +177,8 @@ std::vector<Visibility> answers_of(const Object& object, std::span<const Segment
 }
 
 TEST(ProvenOnly, TakesStatisticalAnswersBack) {
-  for (const char* name :
-       {"v2-hybrid1.vcd", "v2-hybrid2.vcd", "v2-hybrid4.vcd", "v2-hybrid6.vcd", "v2-hybrid7.vcd", "v2-hybrid8.vcd"})
-    for (CheckLevel check : {CheckLevel::full, CheckLevel::bounds}) {
+  for (const char* name : {"depth1.vcd", "depth2.vcd", "depth4.vcd", "depth6.vcd", "depth7.vcd", "depth8.vcd"})
+    for (CheckLevel check : {CheckLevel::checksums, CheckLevel::bounds}) {
       const auto all = Sidecar::open(golden(name), {Load::map, check, false});
       const auto proven = Sidecar::open(golden(name), {Load::map, check, true});
       ASSERT_TRUE(all.ok() && proven.ok());
@@ -195,7 +195,7 @@ TEST(ProvenOnly, TakesStatisticalAnswersBack) {
           continue;
         }
         const LineCell line = locate(frame, segments[i]);
-        const bool proof = bits_from_slot(tree, tree.shape, top_slot(tree.shape, line), line) == 1;
+        const bool proof = class_of(tree, line) == CellClass::blocked;
         ASSERT_EQ(without[i], proof ? Visibility::blocked : Visibility::unclassified);
         ++(proof ? kept : taken_back);
       }
@@ -205,7 +205,7 @@ TEST(ProvenOnly, TakesStatisticalAnswersBack) {
 }
 
 TEST(ProvenOnly, ObjectsThatProveNothingAnswerNothing) {
-  for (const char* name : {"v2-methods.vcd", "depth5.vcd"})
+  for (const char* name : {"methods.vcd", "depth5.vcd"})
     for (bool proven_only : {false, true}) {
       OpenOptions options;
       options.proven_only = proven_only;
@@ -223,13 +223,13 @@ TEST(ProvenOnly, ObjectsThatProveNothingAnswerNothing) {
 }
 
 TEST(ProvenOnly, InCIsForThoseWhoKnowIt) {
-  const auto whole = read_file(golden("v2-methods.vcd"));
+  const auto whole = read_file(golden("methods.vcd"));
   const auto answers = [&](size_t size, int proven_only, size_t index) {
     vcd_open_options options{};
     options.size = size;
     options.proven_only = proven_only;
     const vcd_sidecar *from_file = nullptr, *from_buffer = nullptr;
-    EXPECT_EQ(vcd_open(golden("v2-methods.vcd").c_str(), &options, &from_file, nullptr), VCD_SUCCESS);
+    EXPECT_EQ(vcd_open(golden("methods.vcd").c_str(), &options, &from_file, nullptr), VCD_SUCCESS);
     EXPECT_EQ(vcd_open_buffer(whole.data(), whole.size(), &options, &from_buffer, nullptr), VCD_SUCCESS);
     const int result = vcd_object_answers(vcd_object_at(from_file, index));
     EXPECT_EQ(vcd_object_answers(vcd_object_at(from_buffer, index)), result);
@@ -246,7 +246,7 @@ TEST(ProvenOnly, InCIsForThoseWhoKnowIt) {
   vcd_open_options short_one{};
   short_one.size = before - 1;
   const vcd_sidecar* handle = nullptr;
-  EXPECT_EQ(vcd_open(golden("v2-methods.vcd").c_str(), &short_one, &handle, nullptr), VCD_ERROR_USAGE);
+  EXPECT_EQ(vcd_open(golden("methods.vcd").c_str(), &short_one, &handle, nullptr), VCD_ERROR_USAGE);
 }
 
 TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
@@ -259,9 +259,10 @@ TEST_F(Runtime, TheBytesOfTheWriterAreUsedInPlace) {
   ASSERT_TRUE(sidecar.ok());
   const auto* top = reinterpret_cast<const std::byte*>(sidecar->contents().objects[0].tree.top);
   EXPECT_TRUE(top > bytes->data.get() && top < bytes->data.get() + bytes->size);
-  EXPECT_FALSE(vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::full, true})
-                   ->object(0)
-                   .answers());
+  EXPECT_FALSE(
+      vcd::Sidecar::open_buffer(Bytes(bytes->data.get(), bytes->size), {Load::map, CheckLevel::checksums, true})
+          ->object(0)
+          .answers());
 }
 
 TEST_F(Runtime, TheCInterfaceSaysTheSame) {

@@ -156,7 +156,7 @@ def entries(objects, provenance=((b"a", b"1"), (b"b", b"\xc3\xa9")), extra=()):
     return result + owned + list(extra)
 
 
-def assemble(sections, minor=0):
+def assemble(sections, minor=2):
     end, table, body = 64 + 64 * len(sections), b"", b""
     for s in sections:
         padding = -end % s.alignment
@@ -164,7 +164,7 @@ def assemble(sections, minor=0):
         body += bytes(padding) + s.stored
         table += struct.pack("<4sIIIQQQQQII", s.kind, s.flags, s.object, s.storage, offset, len(s.stored),
                              len(s.logical), xxh3_64(s.stored), xxh3_64(s.logical), s.alignment, 0)
-    header = struct.pack("<8sHHIQQ24x", b"\x89VCD\r\n\x1a\n", 1, minor, len(sections), end, xxh3_64(table))
+    header = struct.pack("<8sHHIQQ24x", b"\x89VCD\r\n\x1a\n", 2, minor, len(sections), end, xxh3_64(table))
     return header + struct.pack("<Q", xxh3_64(header)) + table + body
 
 
@@ -474,21 +474,21 @@ class Classify(unittest.TestCase):
         def ask(origin, direction, t_min=0.0, t_max=INF):
             return classify(record, tree, origin, t_min, direction, t_max)
 
-        margins = bytearray(1536)
-        margins[16 * 0 + 1] = 5                                                     # face 0, y in [0, 16], z in [16, 32]
+        clearance = bytearray(1536)
+        clearance[16 * 0 + 1] = 5                                                     # face 0, y in [0, 16], z in [16, 32]
 
-        def ask_with_margins(origin, direction, t_min=0.0, t_max=INF):
-            return classify(record, tree, origin, t_min, direction, t_max, margins)
+        def ask_with_clearance(origin, direction, t_min=0.0, t_max=INF):
+            return classify(record, tree, origin, t_min, direction, t_max, clearance)
 
-        self.assertEqual(ask_with_margins((5.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)   # begins five units behind face 0
-        self.assertEqual(ask_with_margins((5.1, 10.0, 20.0), (1.0, 0.0, 0.0)), 2)
-        self.assertEqual(ask_with_margins((5.0, 20.0, 20.0), (1.0, 0.0, 0.0)), 2)   # another square
-        self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 252.0), 1)  # ends there
-        self.assertEqual(ask_with_margins((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 251.9), 2)
-        self.assertEqual(ask_with_margins((250.0, 10.0, 20.0), (-1.0, -0.0, 0.0)), 2)  # no margin at face 1
-        margins[16 * 0 + 1] = margins[256 + 16 * 0 + 1] = 200                       # no mesh has these: they overlap
-        self.assertEqual(ask_with_margins((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 101.0), 1)
-        self.assertEqual(ask_with_margins((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 100.0), 2)  # nothing is in an empty interval
+        self.assertEqual(ask_with_clearance((5.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)   # begins five units behind face 0
+        self.assertEqual(ask_with_clearance((5.1, 10.0, 20.0), (1.0, 0.0, 0.0)), 2)
+        self.assertEqual(ask_with_clearance((5.0, 20.0, 20.0), (1.0, 0.0, 0.0)), 2)   # another square
+        self.assertEqual(ask_with_clearance((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 252.0), 1)  # ends there
+        self.assertEqual(ask_with_clearance((257.0, 10.0, 20.0), (-1.0, -0.0, 0.0), 0.0, 251.9), 2)
+        self.assertEqual(ask_with_clearance((250.0, 10.0, 20.0), (-1.0, -0.0, 0.0)), 2)  # no clearance at face 1
+        clearance[16 * 0 + 1] = clearance[256 + 16 * 0 + 1] = 200                       # no mesh has these: they overlap
+        self.assertEqual(ask_with_clearance((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 101.0), 1)
+        self.assertEqual(ask_with_clearance((0.0, 10.0, 20.0), (1.0, 0.0, 0.0), 100.0, 100.0), 2)  # nothing is in an empty interval
 
         self.assertEqual(ask((-1.0, 10.0, 20.0), (1.0, 0.0, 0.0)), 1)
         self.assertEqual(ask((-1.0, 200.0, 20.0), (1.0, 0.0, 0.0)), 0)
@@ -567,7 +567,8 @@ class Broken(unittest.TestCase):
 
     def test_header(self):
         self.patch(0, b"\x09", "Header")
-        self.patch(8, b"\3", "Versions")
+        for major in (b"\1", b"\3"):
+            self.patch(8, major, "Versions")
         self.patch(16, u64(len(self.data) - 1), "Header")
         self.rejects(self.data + b"\0", "Header", 16)
         self.rejects(self.data[:-1], "Header", 16)
@@ -583,9 +584,9 @@ class Broken(unittest.TestCase):
         self.rejects(bytes(huge), "Header", 12)
 
     def test_reserved_fields(self):
-        for at in (64 + 60, self.record + 14, self.record + 184, self.record + 255):
-            self.rejects(patched(self.data, (at, b"\1")), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\1"), (10, b"\1"))).dump()           # ignored in version 1.1
+        for at in (32, 64 + 60, self.record + 14):
+            self.rejects(patched(self.data, (at, b"\2")), "Reserved fields")
+            VcdFile(patched(self.data, (at, b"\2"), (10, b"\3"))).dump()           # ignored in version 2.3
         VcdFile(assemble(self.entries, minor=0xFFFF)).dump()
 
     def test_table_entries(self):
@@ -645,6 +646,10 @@ class Broken(unittest.TestCase):
         self.rejects(file(frame[:-1]), where)
         self.rejects(file(b""), where)
         self.rejects(file(b"\x50\x2a\x4d\x18" + u32(0) + frame), where)            # a skippable frame first
+        late = Entry(b"LATE", b"", storage=1)                                      # sections of unknown types too
+        self.assertEqual(len(VcdFile(assemble(entries([o]) + [late])).sections), 5)
+        late.stored = b"\x50\x2a\x4d\x18" + u32(4) + b"what"                       # no frame but a skippable one
+        self.rejects(assemble(entries([o]) + [late]), where)
         streamed = subprocess.run(["zstd", "-cq"], input=o.tree, capture_output=True, check=True).stdout
         self.rejects(file(streamed), where)                                        # no content size
         self.rejects(file(frame, o.tree + b"\0"), where)
@@ -661,7 +666,13 @@ class Broken(unittest.TestCase):
         self.patch(r + 512, b"\xff", "NAME section")
         self.patch(r + 12, b"\0", where)
         self.patch(r + 12, b"\x09", where)
-        self.patch(r + 13, b"\2", where)
+        self.patch(r + 13, b"\4", where)
+        self.patch(r + 13, b"\2", where, offset=r + 152)                           # proven, and 16 samples
+        for bad in (INF, NAN):
+            self.patch(r + 240, struct.pack("<d", bad), where, offset=r + 232)
+        said = VcdFile(patched(self.data, (r + 14, b"\1"), (r + 240, struct.pack("<d", 4649776.25)))).dump()["objects"]
+        self.assertEqual([o["parts_left_out"] for o in said], [True, False])
+        self.assertEqual([o["shift"] for o in said], [[0, 4649776.25, 0], [0, 0, 0]])
         for bad in (-1.0, INF, NAN, -1.0 + 1e-9, 3.4e38):
             box = struct.pack("<f", bad)
             if bad == 3.4e38:
@@ -676,6 +687,27 @@ class Broken(unittest.TestCase):
         self.patch(r + 152, u32(17), where)
         self.patch(r + 180, u32(1), where, offset=r + 164)
         self.sections(where, lambda s: [Entry(b"OBJT", s[0].logical + b"\0")] + s[1:], 64 + 24)
+
+    def test_no_method(self):
+        """An object of method none: a record, and no TREE."""
+        def record(tree=NONE, cells=(0, 0, 3840), pools=(0, 0, 3), nodes=(15, 15, 15), depth=1, samples=0):
+            return struct.pack("<IIIBB2x6f16s2Q3QII3Q3Q8I72x", 0, 0, 0, depth, 0, 0, 0, 0, 1, 1, 1, bytes(16), 12, 8, *cells,
+                               tree, NONE, *pools, *nodes, samples, *[0] * 7)
+
+        def file(*extra, **fields):
+            return assemble([Entry(b"OBJT", record(**fields)), Entry(b"NAME", b""), *extra])
+
+        good = VcdFile(file())
+        self.assertEqual(good.dump()["objects"][0]["cells"], [0, 0, 3840])
+        self.assertEqual(classify(good.objects[0], good.tree(0), (9.0, 9.0, 9.0), 0.0, (1.0, 0.0, 0.0), 1.0), 2)
+        where = "OBJT section"
+        self.rejects(file(tree=1), where)
+        self.rejects(file(depth=2), where)
+        self.rejects(file(cells=(1, 0, 3839)), where)
+        self.rejects(file(samples=16), where)
+        self.rejects(file(pools=(0, 0, 4)), "TREE section")
+        self.rejects(file(nodes=(15, 15, 31)), "Node counts")
+        self.rejects(file(Entry(b"TREE", vcd_reader.UNCLASSIFIED_TREE, 0, alignment=4096), tree=2), "Section table")
 
     def test_counts(self):
         r = self.record

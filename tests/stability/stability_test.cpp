@@ -4,6 +4,9 @@
 #include <gtest/gtest.h>
 
 namespace vcd::test {
+
+using namespace bench;
+
 namespace {
 
 class Stability : public testing::TestWithParam<size_t> {};

@@ -16,7 +16,7 @@
 #include <vcd/baker/bake.h>
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 namespace vcd::test {
 
@@ -63,47 +63,47 @@ inline void write_file(const std::filesystem::path& path, Bytes bytes) {
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-inline BakedObject must_bake(SourceMesh mesh, const BakeOptions& options) {
-  const auto prepared = prepare(std::move(mesh));
+inline baker::BakedObject must_bake(SourceMesh mesh, const baker::BakeOptions& options) {
+  const auto prepared = baker::prepare(std::move(mesh));
   auto baked = bake(*prepared, options);
   if (!baked) throw std::runtime_error(baked.error().message);
   return std::move(*baked);
 }
 
-inline std::vector<std::byte> sidecar_bytes(const std::vector<const BakedObject*>& objects,
+inline std::vector<std::byte> sidecar_bytes(const std::vector<const baker::BakedObject*>& objects,
                                             Storage storage = Storage::raw) {
   SidecarToWrite contents;
   contents.storage = storage;
   contents.provenance = {{"baker", "test"}, {"parts", "opaque"}};
-  for (const BakedObject* object : objects) contents.objects.push_back(object->to_write());
+  for (const baker::BakedObject* object : objects) contents.objects.push_back(object->to_write());
   const auto bytes = vcd::sidecar_bytes(contents);
   if (!bytes) throw std::runtime_error(bytes.error().message);
   return {bytes->data.get(), bytes->data.get() + bytes->size};
 }
 
 // A tree in memory as an audit asks it; the tree outlives the function.
-inline Answers answers_of(const ObjectRecord& record, const TreeView& tree) {
+inline baker::Answers answers_of(const ObjectRecord& record, const TreeView& tree) {
   return [frame = make_grid_frame(record.box_min, record.box_max), tree](std::span<const Segment> segments,
                                                                          std::span<Visibility> answers) {
     for (size_t i = 0; i < segments.size(); ++i) answers[i] = classify(frame, tree, tree.shape, segments[i]);
   };
 }
 
-inline Answers no_answers() {
+inline baker::Answers no_answers() {
   return [](std::span<const Segment>, std::span<Visibility> answers) {
     std::ranges::fill(answers, Visibility::unclassified);
   };
 }
 
-inline BakeOptions proven(uint32_t depth) {
-  BakeOptions options;
+inline baker::BakeOptions proven(uint32_t depth) {
+  baker::BakeOptions options;
   options.method = Method::proven;
   options.depth = depth;
   return options;
 }
 
-inline BakeOptions quick(uint32_t depth, uint32_t samples = 16) {
-  BakeOptions options;
+inline baker::BakeOptions quick(uint32_t depth, uint32_t samples = 16) {
+  baker::BakeOptions options;
   options.method = Method::sampled;
   options.depth = depth;
   options.samples = samples;

@@ -172,15 +172,15 @@ inline SourceMesh on_grid(SourceMesh mesh, float step) {
     for (size_t a = 0; a < 3; ++a) p[a] = 16 + std::round((p[a] - low[a]) / extent * 224 / step) * step;
   return mesh;
 }
-inline PreparedMesh prepared_on_grid(SourceMesh mesh) {
-  PreparedMesh prepared = *prepare(std::move(mesh));
+inline baker::PreparedMesh prepared_on_grid(SourceMesh mesh) {
+  baker::PreparedMesh prepared = *baker::prepare(std::move(mesh));
   prepared.box_min = {0, 0, 0};
   prepared.box_max = {256, 256, 256};
   return prepared;
 }
 
-inline std::vector<PreparedMesh> hostile_meshes() {
-  std::vector<PreparedMesh> meshes;
+inline std::vector<baker::PreparedMesh> hostile_meshes() {
+  std::vector<baker::PreparedMesh> meshes;
   for (SourceMesh mesh : {cube(),
                           sphere(),
                           triangle(),
@@ -203,7 +203,7 @@ inline std::vector<PreparedMesh> hostile_meshes() {
                           pierced(sphere(), 800),
                           pierced(sphere(12, 20), 200),
                           leaves(2000)})
-    meshes.push_back(*prepare(std::move(mesh)));
+    meshes.push_back(*baker::prepare(std::move(mesh)));
   for (const auto& mesh : {cube(), sphere(8, 12), fins(), box_in_a_box(), leaves(30), many_components()})
     meshes.push_back(prepared_on_grid(on_grid(mesh, 16)));  // vertices on the boundaries of cells of level 4
   return meshes;

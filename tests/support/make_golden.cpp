@@ -1,8 +1,11 @@
-// make_golden FOLDER: the golden files of format 2.0, one a layout and method. Their trees are made up, so that every
-// depth has all that a file can hold and yet is small. Released golden files are never made anew: this program is the
-// record of how they came to be. Those of version 1 in tests/golden were written by this program when it knew no method
-// but sampled.
+// make_golden FOLDER: the golden files: a file for each depth, whose trees are made up so that each has all that a file
+// can hold and yet is small; one with every method; one with everything else that a file can say; one without objects;
+// and the worked example of vcd-format.md. Once a version is released, its golden files are never made anew: this
+// program is the record of how they came to be.
+#include <algorithm>
+#include <array>
 #include <cstdio>
+#include <map>
 #include <random>
 
 #include <vcd/format/tree_statistics.h>
@@ -12,6 +15,7 @@
 #include "support/meshes.h"
 
 namespace vcd::test {
+using namespace baker;
 namespace {
 
 // A quarter of the top cells share three random subtrees, which are made of twelve bricks; the others are uniform.
@@ -46,11 +50,13 @@ TreeArrays golden_tree(uint32_t depth, uint32_t classes) {
   return builder.take();
 }
 
-void write(const std::filesystem::path& path, const std::vector<ObjectToWrite>& objects, Storage storage) {
+void write(const std::filesystem::path& path, std::vector<ObjectToWrite> objects, Storage storage,
+           const std::map<std::string, std::string>& more = {}) {
   SidecarToWrite sidecar;
-  sidecar.objects = objects;
+  sidecar.objects = std::move(objects);
   sidecar.storage = storage;
   sidecar.provenance = {{"baker", "make_golden"}, {"parts", "opaque"}, {"source", "none: the tree is made up"}};
+  sidecar.provenance.insert(more.begin(), more.end());
   const auto written = write_sidecar(path, sidecar);
   std::printf("%s: %s\n", path.c_str(), written ? std::to_string(*written).c_str() : written.error().message.c_str());
 }
@@ -75,19 +81,11 @@ void write_layout(const std::filesystem::path& folder, uint32_t depth) {
   record.nodes_folded = statistics.nodes_folded;
   record.nodes_shared = statistics.nodes_shared;
   const Storage storage = depth == 3 || depth >= 5 ? Storage::zstd : Storage::raw;
-  write(folder / ("v2-hybrid" + std::to_string(depth) + ".vcd"), {{"made up", record, tree_pieces(arrays.view()), {}}},
+  write(folder / ("depth" + std::to_string(depth) + ".vcd"), {{"made up", record, tree_pieces(arrays.view()), {}}},
         storage);
 }
 
-}  // namespace
-}  // namespace vcd::test
-
-int main(int argc, char** argv) {
-  using namespace vcd;
-  using namespace vcd::test;
-  if (argc != 2) return 1;
-  for (uint32_t depth = 1; depth <= 8; ++depth) write_layout(argv[1], depth);
-
+void write_methods(const std::filesystem::path& path) {
   std::vector<BakedObject> baked;
   for (Method method : {Method::none, Method::sampled, Method::proven, Method::hybrid})
     for (SourceMesh mesh : {sphere(6, 8), triangle()}) {
@@ -98,10 +96,40 @@ int main(int argc, char** argv) {
     }
   std::vector<ObjectToWrite> objects;
   for (const BakedObject& object : baked) objects.push_back(object.to_write());
-  write(std::filesystem::path(argv[1]) / "v2-methods.vcd", objects, Storage::zstd);
+  write(path, std::move(objects), Storage::zstd);
+}
 
-  // Version 2.1: with margins.
-  const BakedObject blocked[] = {must_bake(sphere(6, 8), quick(3, 81)), must_bake(cube(), quick(2, 16))};
-  write(std::filesystem::path(argv[1]) / "v2.1-margins.vcd", {blocked[0].to_write(), blocked[1].to_write()},
-        Storage::raw);
+// Names, embedded geometry, clearance, parts that were left out and a shift; and the last object alone.
+void write_several(const std::filesystem::path& several, const std::filesystem::path& example) {
+  BakeOptions options = quick(2, 81);
+  options.seed = 0xFEDCBA9876543210;
+  options.embed_geometry = true;
+  std::vector<BakedObject> baked;
+  for (SourceMesh mesh : {sphere(6, 8), leaves(4), leaves(5), triangle()})
+    baked.push_back(must_bake(std::move(mesh), options));
+  const std::string_view names[] = {"", "Ähre \"im\" Wind\n", "twice", "twice"};
+  std::vector<ObjectToWrite> objects;
+  for (uint32_t i = 0; i < baked.size(); ++i) {
+    objects.push_back(baked[i].to_write());
+    objects.back().name = names[i];
+    objects.back().record.source_index = 10 * i;
+  }
+  objects[1].record.flags = kPartsLeftOut;
+  std::ranges::copy(std::array{500000.0, 4649776.25, -0.1}, objects[2].record.shift);
+  write(several, objects, Storage::raw, {{"left-out", "mesh 10, primitive 1: its alphaMode is BLEND\n"}});
+  write(example, {objects.back()}, Storage::raw);
+}
+
+}  // namespace
+}  // namespace vcd::test
+
+int main(int argc, char** argv) {
+  using namespace vcd;
+  using namespace vcd::test;
+  if (argc != 2) return 1;
+  for (uint32_t depth = 1; depth <= kMaxDepth; ++depth) write_layout(argv[1], depth);
+  const std::filesystem::path folder = argv[1];
+  write_methods(folder / "methods.vcd");
+  write_several(folder / "several.vcd", folder / "example.vcd");
+  write(folder / "none.vcd", {}, Storage::raw);
 }

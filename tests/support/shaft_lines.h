@@ -29,7 +29,7 @@ struct Square3 {
 };
 
 // The squares of a cell on the faces of [0, 256]^3, low face's first, grown in all three directions.
-inline std::array<Square3, 2> grown_squares(const Cell& cell, long double growth) {
+inline std::array<Square3, 2> grown_squares(const baker::Cell& cell, long double growth) {
   const long double width = 256.0L / (1u << cell.level);
   const auto square = [&](uint32_t face, uint32_t first, uint32_t second) {
     const FaceAxes axes = face_axes(face);
@@ -128,7 +128,7 @@ inline Meets meets(const SegmentOfCell& segment, const std::array<Point, 3>& tri
 }
 
 // The mesh in grid units without the rounding of positions_in_grid().
-inline std::vector<std::array<Point, 3>> triangles_in_grid(const PreparedMesh& mesh) {
+inline std::vector<std::array<Point, 3>> triangles_in_grid(const baker::PreparedMesh& mesh) {
   const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
   std::vector<std::array<Point, 3>> out;
   for (const TriangleIndices& t : mesh.triangles) {
@@ -150,14 +150,14 @@ inline Meets meets_any(const SegmentOfCell& segment, std::span<const std::array<
   return most;
 }
 
-inline Cell random_cell(uint32_t level, Random& random) {
+inline baker::Cell random_cell(uint32_t level, Random& random) {
   const uint32_t side = 1u << level;
   return {random.below(kFacePairs), level, random.below(side), random.below(side), random.below(side),
           random.below(side)};
 }
 
 // The cell of a level that a line through a point of the grid belongs to.
-inline Cell cell_of_line(const Point& through, uint32_t level, Random& random) {
+inline baker::Cell cell_of_line(const Point& through, uint32_t level, Random& random) {
   const float low[3] = {0, 0, 0}, high[3] = {256, 256, 256};
   const GridFrame frame = make_grid_frame(low, high);
   Segment s{};

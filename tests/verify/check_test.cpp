@@ -5,7 +5,7 @@
 #include <sys/resource.h>
 
 #include <vcd/baker/bake.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include "support/meshes.h"
 

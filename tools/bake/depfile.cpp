@@ -3,7 +3,7 @@
 #include <span>
 #include <string>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "common/paths.h"
 

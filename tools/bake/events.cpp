@@ -13,7 +13,19 @@ namespace vcd::tools {
 
 using namespace library;
 
+namespace {
+
+// As AtomicFile does, so too here: no file is overwritten through a link. /dev/stdout leads to none.
+bool leads_to_a_file(const std::string& path) {
+  std::error_code error;
+  return std::filesystem::is_symlink(path, error) &&
+         (!std::filesystem::exists(path, error) || std::filesystem::is_regular_file(path, error));
+}
+
+}  // namespace
+
 Result<Events> Events::open(const std::string& path, bool go_on) {
+  if (leads_to_a_file(path)) return Error{ErrorCode::io, shown(path) + ": is a link; nothing is written through it"};
   Events events;
   if (path == "-") events.file_.reset(stdout);
   else if (!path.empty()) events.file_.reset(std::fopen(path.c_str(), go_on ? "ae" : "we"));

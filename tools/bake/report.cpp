@@ -2,7 +2,7 @@
 
 #include <span>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "common/paths.h"
 

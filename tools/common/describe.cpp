@@ -1,6 +1,8 @@
 #include "describe.h"
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 
 #include "readable.h"
 
@@ -78,6 +80,8 @@ Json describe_object(const ObjectContents& object) {
   json["seed"] = r.method_parameters[1] | uint64_t{r.method_parameters[2]} << 32;
   json["box_min"] = r.box_min;
   json["box_max"] = r.box_max;
+  json["shift"] = r.shift;
+  json["parts_left_out"] = (r.flags & kPartsLeftOut) != 0;
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
@@ -137,6 +141,14 @@ std::string object_summary(const ObjectRecord& r) {
   std::snprintf(line, sizeof line, "  box       (%.9g, %.9g, %.9g) to (%.9g, %.9g, %.9g)\n", r.box_min[0], r.box_min[1],
                 r.box_min[2], r.box_max[0], r.box_max[1], r.box_max[2]);
   out += line;
+  if (std::any_of(std::begin(r.shift), std::end(r.shift), [](double x) { return x != 0; })) {
+    std::snprintf(line, sizeof line,
+                  "  shift     (%.17g, %.17g, %.17g) was subtracted from the mesh file's coordinates\n", r.shift[0],
+                  r.shift[1], r.shift[2]);
+    out += line;
+  }
+  if (r.flags & kPartsLeftOut)
+    out += "  left out  parts of the mesh are not in this object: clear means clear of what is in it\n";
   const auto method = static_cast<Method>(r.method);
   if (method == Method::none) return out + "  method    none: " + guarantee(method) + "\n";
   std::snprintf(line, sizeof line, "  method    %s, depth %u: %s\n", method_name(method), r.depth, guarantee(method));

@@ -7,8 +7,6 @@
 
 #include <vcd/format/contents.h>
 
-#include "in_vcd.h"
-
 namespace vcd::tools {
 
 using Json = nlohmann::ordered_json;

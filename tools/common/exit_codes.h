@@ -5,8 +5,6 @@
 
 #include <vcd/format/error.h>
 
-#include "in_vcd.h"
-
 namespace vcd::tools {
 
 inline constexpr int kExitOk = 0;

@@ -7,8 +7,6 @@
 
 #include <vcd/format/error.h>
 
-#include "in_vcd.h"
-
 namespace vcd::tools {
 
 uint64_t available_memory();  // bytes that are free or can be freed; 0 if the system does not say

@@ -1,5 +1,8 @@
 #include "meshes.h"
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <utility>
 
 #include <vcd/baker/bake.h>
@@ -7,8 +10,31 @@
 
 namespace vcd::tools {
 
-std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, const TakeMesh& take) {
-  auto ingested = ingest_isolated(path, {.treat_all_as_opaque = all_as_opaque});
+using namespace baker;
+
+std::string shift_text(const std::array<double, 3>& shift) {
+  std::string text;
+  for (const double number : shift) {
+    char digits[32];
+    const auto end = std::to_chars(digits, digits + sizeof digits, number).ptr;
+    text += (text.empty() ? "" : ",") + std::string(digits, end);
+  }
+  return text;
+}
+
+std::optional<std::array<double, 3>> parse_shift(std::string_view text) {
+  std::array<double, 3> shift;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    const std::string_view word = text.substr(0, axis < 2 ? text.find(',') : text.size());
+    const auto [end, fault] = std::from_chars(word.data(), word.data() + word.size(), shift[axis]);
+    if (fault != std::errc() || end != word.data() + word.size() || !std::isfinite(shift[axis])) return std::nullopt;
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+  }
+  return shift;
+}
+
+std::optional<Error> each_mesh(const std::string& path, const IngestOptions& options, const TakeMesh& take) {
+  auto ingested = ingest_isolated(path, options);
   if (!ingested) return ingested.error();
   for (SourceMesh& source : ingested->meshes) {
     const std::string name = source.name;
@@ -18,20 +44,22 @@ std::optional<Error> each_mesh(const std::string& path, bool all_as_opaque, cons
   return std::nullopt;
 }
 
-bool baked_all_as_opaque(const SidecarContents& sidecar) {
-  for (const auto& [key, value] : sidecar.provenance)
-    if (key == "parts") return value != "opaque";
-  return false;
+IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
+  options.coarse = true;  // whether to bake it was decided when it was baked
+  for (const auto& [key, value] : sidecar.provenance) {
+    if (key == "parts") options.treat_all_as_opaque = value != "opaque";
+    if (key == "shift") options.shift = parse_shift(value).value_or(options.shift);
+  }
+  return options;
 }
 
-Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const SidecarContents* sidecar) {
+Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const IngestOptions& options) {
   std::vector<PreparedMesh> meshes;
   Error last;
-  const auto fault = each_mesh(path, sidecar && baked_all_as_opaque(*sidecar),
-                               [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
-                                 if (mesh) return meshes.push_back(std::move(*mesh));
-                                 last = Error{mesh.error().code, path + ": " + mesh.error().message};
-                               });
+  const auto fault = each_mesh(path, options, [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
+    if (mesh) return meshes.push_back(std::move(*mesh));
+    last = Error{mesh.error().code, path + ": " + mesh.error().message};
+  });
   if (fault) return *fault;
   if (meshes.empty()) return last;
   return meshes;

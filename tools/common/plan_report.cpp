@@ -6,6 +6,8 @@
 
 namespace vcd::tools {
 
+using namespace baker;
+
 Json describe_plan(const Plan& plan) {
   Json json{
       {"depth", plan.depth}, {"worth_it", plan.depth > 0}, {"reason", plan.reason}, {"probe_seconds", plan.seconds}};

@@ -7,7 +7,7 @@
 
 namespace vcd::tools {
 
-Json describe_plan(const Plan& plan);
-void print_plan(const Plan& plan);  // a table on standard output
+Json describe_plan(const baker::Plan& plan);
+void print_plan(const baker::Plan& plan);  // a table on standard output
 
 }  // namespace vcd::tools

@@ -47,7 +47,11 @@ std::vector<std::string> expand_lists(int argc, char** argv) {
     }
     std::ifstream list(argument.substr(1));
     if (!list) throw CLI::ValidationError(argument, "cannot read this list of files");
-    for (std::string line; std::getline(list, line);) {
+    bool first = true;
+    for (std::string line; std::getline(list, line); first = false) {
+      if (first && (line.starts_with("\xFF\xFE") || line.starts_with("\xFE\xFF")))
+        throw CLI::ValidationError(argument, "is UTF-16 text; a list of files is UTF-8");
+      if (first && line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
       if (!line.empty() && line.back() == '\r') line.pop_back();
       if (!line.empty()) arguments.push_back(with_brackets(line));
     }

@@ -7,6 +7,8 @@
 
 namespace vcd::tools {
 
+using namespace baker;
+
 ProgressLine::ProgressLine(std::string label, bool quiet)
     : label_(std::move(label)), active_(!quiet && isatty(STDERR_FILENO)) {}
 

@@ -14,7 +14,7 @@ class ProgressLine {
  public:
   ProgressLine(std::string label, bool quiet);
   ~ProgressLine();  // wipes the line
-  void update(const BakeProgress& progress);
+  void update(const baker::BakeProgress& progress);
   void show(const std::string& text);  // ten times a second at most, cut to the terminal's width
   void wipe();                         // so that something else may be printed
 

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <string>
 
-#include "in_vcd.h"
-
 namespace vcd::tools {
 
 std::string readable_percent(double share);    // "12.5 %"

@@ -21,6 +21,7 @@ extern char** environ;
 
 namespace vcd::farm {
 
+using namespace baker;
 using namespace tools;
 namespace {
 

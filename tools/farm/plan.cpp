@@ -8,7 +8,7 @@
 #include <span>
 
 #include <vcd/baker/source.h>
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include <vcd/library/cost.h>
 #include <vcd/library/manifest.h>

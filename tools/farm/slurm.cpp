@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include <vcd/baker/source.h>
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "command.h"
 #include "this_program.h"

@@ -15,6 +15,9 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::bench;
+using namespace vcd::render;
+using namespace vcd::tools;
 
 struct Options {
   CommonOptions common;

@@ -20,6 +20,9 @@ namespace {
 
 namespace fs = std::filesystem;
 using namespace vcd;
+using namespace vcd::baker;
+using namespace vcd::render;
+using namespace vcd::tools;
 
 enum class Shadows { bvh, vcd, both };
 
@@ -135,7 +138,7 @@ class Program {
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render(*world_, options_.render, make_caster, hooks);
+    return render::render(*world_, options_.render, make_caster, hooks);
   }
 
   std::optional<Error> render_variant(const std::string& name) {

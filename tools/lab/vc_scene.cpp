@@ -2,8 +2,8 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include <vcd/format/atomic_file.h>
 #include <vcd/scenes/glb.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "common/describe.h"
 #include "common/paths.h"
@@ -13,6 +13,8 @@
 namespace {
 
 using namespace vcd;
+using namespace vcd::render;
+using namespace vcd::tools;
 
 struct Options {
   CommonOptions common;

@@ -8,6 +8,8 @@
 #include "common/readable.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;

@@ -16,7 +16,7 @@ struct FinishedObject {
   uint32_t source_index = 0;
   uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
   std::optional<CachedObject> known = {};
-  BakedObject baked = {};  // where it was not known
+  baker::BakedObject baked = {};  // where it was not known
 
   ObjectToWrite to_write() const { return known ? known->to_write(name, source_index) : baked.to_write(); }
 };

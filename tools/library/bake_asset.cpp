@@ -1,52 +1,42 @@
 #include <vcd/library/bake_asset.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <climits>
 #include <optional>
 #include <utility>
 
-#include <vcd/runtime/sidecar.h>
+#include <vcd/format/layout.h>
+#include <vcd/writer/atomic_file.h>
 
 #include <vcd/library/object_cache.h>
 #include <vcd/library/provenance.h>
 #include "asset_report.h"
-#include "common/audit_report.h"
+#include "common/describe.h"
 #include "common/paths.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;
 
 namespace fs = std::filesystem;
 
-// Asks the very bytes of the object's sidecar, through the runtime, and writes what came of it into the record. An
-// error if a proof is wrong: then nothing may be written.
-std::optional<Error> audit_object(const BakeSettings& settings, const PreparedMesh& mesh, BakedObject& object) {
-  if (settings.audit_lines == 0 || object.record.method == static_cast<uint8_t>(Method::none)) return std::nullopt;
-  SidecarToWrite alone;
-  alone.objects = {object.to_write()};
-  const auto bytes = sidecar_bytes(alone);
-  if (!bytes) return bytes.error();
-  const Bytes file(bytes->data.get(), bytes->size);
-  const auto all = Sidecar::open_buffer(file), proven = Sidecar::open_buffer(file, {.proven_only = true});
-  if (!all || !proven) return all ? proven.error() : all.error();
-  const AuditReport report =
-      audit(mesh, answers_of(all->object(0)), answers_of(proven->object(0)), {.lines = settings.audit_lines});
-  const AuditCounts undirected = report.sum(false), aimed = report.sum(true);
-  if (undirected.wrong_proven + aimed.wrong_proven > 0) {
-    std::string segments;
-    for (const Contradiction& c : report.contradictions)
-      if (c.proven) segments += " --segment=" + replayable(c.segment);
-    return Error{
-        ErrorCode::difference,
-        "an audit found " + std::to_string(undirected.wrong_proven + aimed.wrong_proven) +
-            " wrong proven answers, so nothing is written. This is a fault of vcd, please report it:" + segments};
-  }
-  ObjectRecord& record = object.record;
-  record.audit_lines[0] = undirected.segments, record.audit_lines[1] = aimed.segments;
-  record.audit_wrong[0] = undirected.all_wrong(), record.audit_wrong[1] = aimed.all_wrong();
-  record.audit_bound_95 = static_cast<float>(upper_bound_95(undirected.all_wrong(), undirected.segments));
-  return std::nullopt;
+// What keeps the sidecar from being written, as far as that can be known before the bake.
+std::optional<Error> check_output(const fs::path& output) {
+  std::error_code error;
+  fs::path folder = output.has_parent_path() ? output.parent_path() : ".";
+  if (fs::is_directory(folder, error)) return AtomicFile(output, kSidecarBegin).fault();
+  const auto fault = [&](const std::string& reason) {
+    return Error{ErrorCode::io, shown(output) + ": cannot be written: " + reason};
+  };
+  for (const fs::path& name : output)
+    if (name.native().size() > NAME_MAX) return fault(std::generic_category().message(ENAMETOOLONG));
+  while (!fs::exists(folder, error)) folder = folder.has_parent_path() ? folder.parent_path() : ".";
+  if (!fs::is_directory(folder, error)) return fault(shown(folder) + " is not a folder");
+  return AtomicFile(folder / ".vcd").fault();  // a name that nothing else has
 }
 
 class AssetBake {
@@ -54,6 +44,7 @@ class AssetBake {
   AssetBake(const Asset& asset, const BakeContext& context) : asset_(asset), context_(context), cache_(context.cache) {}
 
   Result<BakedAsset> run() {
+    if (auto unwritable = check_output(asset_.output)) return *std::move(unwritable);
     context_.on_stage("reading");
     auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest_options(), context_.ingest);
     if (!ingested) return ingested.error();
@@ -80,10 +71,12 @@ class AssetBake {
 
   // From the mesh to its object: known already, or baked.
   Result<FinishedObject> finish(SourceMesh&& source) {
-    const std::string place = source.name.empty() ? "" : printable(source.name) + ": ";
     context_.on_stage("preparing " + printable(source.name));
     const auto mesh = prepare(std::move(source));
     if (!mesh) return fault(mesh.error().code, mesh.error().message);
+    if (mesh->left_out.any())
+      left_out_ += std::to_string(mesh->source_index) + " not-opaque=" + std::to_string(mesh->left_out.not_opaque) +
+                   " deforming=" + std::to_string(mesh->left_out.deforming) + "\n";
     FinishedObject finished{mesh->name, mesh->source_index, mesh->duplicate_triangles, mesh->zero_area_triangles};
     if (context_.reuse) finished.known = find_in_sidecar(asset_.output, *mesh, asset_.settings);
     if (!finished.known) finished.known = cache_.find(*mesh, asset_.settings);
@@ -91,12 +84,12 @@ class AssetBake {
     BakeOptions options = asset_.settings.bake_options();
     options.threads = context_.threads;
     options.progress = context_.on_progress;
+    options.on_pass = [&](BakePass pass) {
+      if (pass == BakePass::audit) context_.on_stage("auditing " + printable(mesh->name));
+    };
     context_.on_stage("baking " + printable(mesh->name));
     auto baked = bake(*mesh, options);
     if (!baked) return fault(baked.error().code, baked.error().message);
-    context_.on_stage("auditing " + printable(mesh->name));
-    if (const auto wrong = audit_object(asset_.settings, *mesh, *baked))
-      return fault(wrong->code, place + wrong->message);
     if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write()))
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.baked = std::move(*baked);
@@ -116,7 +109,7 @@ class AssetBake {
     context_.on_stage("writing");
     SidecarToWrite sidecar;
     sidecar.storage = asset_.settings.storage;
-    sidecar.provenance = provenance_of(asset_, sources);
+    sidecar.provenance = provenance_of(asset_, sources, left_out_);
     for (const FinishedObject& object : objects_) sidecar.objects.push_back(object.to_write());
     std::error_code error;
     if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
@@ -137,6 +130,7 @@ class AssetBake {
   ObjectCache cache_;
   std::vector<FinishedObject> objects_;
   std::vector<std::string> notes_;
+  std::string left_out_;
 };
 
 }  // namespace

@@ -9,7 +9,7 @@
 
 #include <poll.h>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
 #include <vcd/library/provenance.h>
 #include <vcd/library/schedule.h>

@@ -12,6 +12,8 @@
 #include "common/paths.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;

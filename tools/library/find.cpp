@@ -39,6 +39,9 @@ class Search {
       return;
     }
     const int reason = errno;
+    if (text == "-")
+      return found_.errors.push_back(
+          {ErrorCode::usage, "-: meshes are not read from standard input: a file's name tells its format"});
     if (!is_pattern(text)) return fail(path, reason);
     const size_t before = found_.files.size() + found_.named_again + found_.errors.size();
     const fs::path base = base_of(path);
@@ -54,7 +57,9 @@ class Search {
   static fs::path base_of(const fs::path& pattern) {
     fs::path base;
     for (const fs::path& component : pattern) {
-      if (is_pattern(component.string())) break;
+      std::error_code error;
+      // A folder may really be named so: then that one is meant.
+      if (is_pattern(component.string()) && !std::filesystem::exists(base / component, error)) break;
       base /= component;
     }
     return base;

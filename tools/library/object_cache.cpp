@@ -6,6 +6,8 @@
 #include "common/describe.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;
@@ -30,7 +32,7 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
   if (!file) return std::nullopt;
   const auto bytes = std::make_shared<const FileBytes>(std::move(*file));
   std::vector<Finding> findings;
-  auto read = read_sidecar(bytes->bytes(), CheckLevel::full, findings);
+  auto read = read_sidecar(bytes->bytes(), CheckLevel::canonical, findings);
   if (!read) return std::nullopt;
   for (const auto& [key, value] : pairs)
     if (provenance_value(*read, key) != value) return std::nullopt;
@@ -53,7 +55,7 @@ CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_pt
 
 ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
   ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry,
-                       contents().margins()};
+                       contents().clearance};
   object.record.source_index = source_index;
   return object;
 }

@@ -6,9 +6,12 @@
 
 #include <vcd/baker/bake.h>
 
+#include "common/meshes.h"
 #include "common/paths.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;
@@ -58,11 +61,14 @@ std::string_view provenance_value(const SidecarContents& sidecar, std::string_vi
   return {};
 }
 
-std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources) {
+std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources,
+                                                 const std::string& left_out) {
   std::map<std::string, std::string> pairs = {{"baker", baker_text()},
                                               {"parts", asset.settings.all_as_opaque ? "all, as opaque" : "opaque"},
                                               {"settings", settings_text(asset.settings, Scope::asset)},
                                               {"source", shown(asset.input.filename())}};
+  if (asset.settings.shift != std::array<double, 3>{}) pairs["shift"] = shift_text(asset.settings.shift);
+  if (!left_out.empty()) pairs["left-out"] = left_out;
   if (!sources.empty()) pairs["source-xxh3"] = hex(sources[0].hash);
   for (size_t i = 1; i < sources.size(); ++i)
     pairs["dependencies"] += hex(sources[i].hash) + " " + escaped(sources[i].name) + "\n";

@@ -15,7 +15,7 @@ bool is_ours(const fs::path& path) {
   const auto file = FileBytes::copy(path);
   if (!file) return false;
   std::vector<Finding> findings;
-  const auto contents = read_sidecar(file->bytes(), CheckLevel::full, findings);
+  const auto contents = read_sidecar(file->bytes(), CheckLevel::canonical, findings);
   return contents && provenance_value(*contents, "baker").starts_with("vc-bake ") &&
          !provenance_value(*contents, "source").empty();  // entries of a cache have none
 }

@@ -6,14 +6,19 @@
 #include <cstdlib>
 
 #include "common/describe.h"
+#include "common/meshes.h"
 
 namespace vcd::library {
+
+using namespace baker;
+
 namespace {
 
 using namespace tools;
 
 using Form = Setting::Form;
 using Word = Setting::Word;
+using Point = std::array<double, 3>;
 
 constexpr uint64_t value_of(auto word) { return static_cast<uint64_t>(word); }
 
@@ -105,6 +110,28 @@ constexpr Setting kSettings[] = {
      .form = Form::flag,
      .member = &BakeSettings::all_as_opaque,
      .help = "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand"},
+    {.name = "shift",
+     .letter = 0,
+     .scope = Scope::asset,
+     .form = Form::point,
+     .member = &BakeSettings::shift,
+     .help = "Subtract x,y,z from all coordinates before they are rounded to 32-bit floats, for meshes far from their "
+             "origin;\nrecorded in the sidecar (default: 0,0,0)",
+     .zero_is_none = true},
+    {.name = "allow-rounding",
+     .letter = 0,
+     .scope = Scope::asset,
+     .form = Form::flag,
+     .member = &BakeSettings::allow_rounding,
+     .help = "Bake a mesh even if 32-bit floats move its coordinates by more than a thousandth of its extent",
+     .zero_is_none = true},
+    {.name = "allow-outside-files",
+     .letter = 0,
+     .scope = Scope::asset,
+     .form = Form::flag,
+     .member = &BakeSettings::allow_outside_files,
+     .help = "Let a mesh file name files that are not in its folder or below it; for trusted files only",
+     .zero_is_none = true},
 };
 
 // Of an aggregate: how many values its braces take.
@@ -138,6 +165,10 @@ bool take(const Setting& setting, std::string_view text, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
     if (text != "true" && text != "false") return false;
     value = text == "true";
+  } else if constexpr (std::is_same_v<T, Point>) {
+    const auto point = parse_shift(text);
+    if (!point) return false;
+    value = *point;
   } else if (!setting.words.empty()) {
     const auto word = std::ranges::find(setting.words, text, &Word::text);
     if (word == setting.words.end()) return false;
@@ -151,6 +182,11 @@ bool take(const Setting& setting, std::string_view text, T& value) {
   }
   return true;
 }
+
+bool is_zero(auto value) { return !(static_cast<double>(value) > 0); }
+bool is_zero(const Point& value) { return value == Point{}; }
+
+Json json_of(const Setting&, const Point& value) { return shift_text(value); }
 
 template <class T>
 Json json_of(const Setting& setting, T value) {
@@ -180,7 +216,15 @@ BakeOptions BakeSettings::bake_options() const {
   options.budget_seconds = budget_seconds;
   options.seed = seed;
   options.embed_geometry = embed_geometry;
+  options.audit_lines = audit_lines;
   return options;
+}
+
+IngestOptions BakeSettings::ingest_options() const {
+  return {.treat_all_as_opaque = all_as_opaque,
+          .files_outside = allow_outside_files,
+          .shift = shift,
+          .coarse = allow_rounding};
 }
 
 std::span<const Setting> settings_table() { return kSettings; }
@@ -189,6 +233,7 @@ std::string values_of(const Setting& setting) {
   std::string text;
   for (const Word& word : setting.words) text += (text.empty() ? "" : "|") + std::string(word.text);
   if (!text.empty()) return text;
+  if (setting.form == Form::point) return "X,Y,Z";
   return setting.form == Form::flag ? "true|false" : "NUMBER" + range_of(setting);
 }
 
@@ -199,7 +244,8 @@ std::optional<Error> set(BakeSettings& settings, std::string_view name, std::str
       std::visit([&](auto member) { return take(*setting, text, settings.*member); }, setting->member);
   if (is_taken) return std::nullopt;
   const std::string wanted =
-      setting->words.empty() && setting->form == Form::number ? "a number" + range_of(*setting) : values_of(*setting);
+      setting->form == Form::point ? "three numbers x,y,z"
+      : setting->words.empty() && setting->form == Form::number ? "a number" + range_of(*setting) : values_of(*setting);
   return Error{ErrorCode::usage, std::string(name) + ": " + std::string(text) + " is not " + wanted};
 }
 
@@ -210,7 +256,7 @@ std::string settings_text(const BakeSettings& settings, Scope scope) {
     std::visit(
         [&](auto member) {
           const auto value = settings.*member;
-          if (setting.zero_is_none && !(static_cast<double>(value) > 0)) return;
+          if (setting.zero_is_none && is_zero(value)) return;
           json[std::string(setting.name)] = json_of(setting, value);
         },
         setting.member);

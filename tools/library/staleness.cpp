@@ -40,7 +40,7 @@ Staleness staleness_of(const Asset& asset) {
   const auto file = FileBytes::copy(asset.output);
   if (!file) return stale("its sidecar cannot be read");
   std::vector<Finding> findings;
-  const auto contents = read_sidecar(file->bytes(), CheckLevel::full, findings);
+  const auto contents = read_sidecar(file->bytes(), CheckLevel::canonical, findings);
   if (!contents) return stale("its sidecar is damaged");
   if (const std::string reason = why_stale(asset, *contents); !reason.empty()) return stale(reason);
   for (SourceFile& source : dependencies_of(*contents)) staleness.dependencies.push_back(std::move(source.name));

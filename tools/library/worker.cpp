@@ -16,6 +16,8 @@
 #include "common/paths.h"
 
 namespace vcd::library {
+
+using namespace baker;
 namespace {
 
 using namespace tools;

@@ -9,6 +9,7 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 namespace {
 

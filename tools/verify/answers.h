@@ -14,7 +14,7 @@ struct Answering {
 };
 
 // Audits it, or asks and traces the one segment. check: what came of it. Throws Interrupted.
-void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
+void check_answers(const Answering& answering, const baker::PreparedMesh& mesh, const std::string& place,
                    const CheckOptions& options, Outcome& outcome, ObjectCheck& check);
 
 }  // namespace vcd::verify

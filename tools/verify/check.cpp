@@ -15,6 +15,7 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 using namespace library;
 namespace {
@@ -72,7 +73,7 @@ void check_objects(Bytes bytes, const SidecarContents& contents, const Meshes& m
 // The structure, byte by byte. Nothing if the findings include an error.
 std::optional<SidecarContents> check_structure(Bytes bytes, Outcome& outcome) {
   std::vector<Finding> findings;
-  auto contents = read_sidecar(bytes, CheckLevel::full, findings);
+  auto contents = read_sidecar(bytes, CheckLevel::canonical, findings);
   for (const Finding& finding : findings) outcome.add(finding);
   return contents ? std::optional(std::move(*contents)) : std::nullopt;
 }
@@ -89,7 +90,8 @@ void check_file(const FoundFile& file, const CheckOptions& options, Outcome& out
   if (!contents) return;
   std::unique_ptr<MeshSource> source;
   if (options.library) source = against_library(*options.library, file, *contents);
-  else if (!options.against.empty()) source = against_file(options.against, *contents);
+  else if (!options.against.empty())
+    source = against_file(options.against, ingest_options_of(*contents, options.ingest));
   check_objects(bytes->bytes(), *contents, {source.get(), true}, options, outcome);
 }
 

@@ -11,19 +11,20 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 using namespace library;
 namespace {
 
 namespace fs = std::filesystem;
 
-Reading ingest_hashes(const fs::path& path, Parts parts) try {
+Reading ingest_hashes(const fs::path& path, const IngestOptions& options) try {
   Reading reading{.done = true};
   const TakeMesh take = [&](const std::string& name, uint32_t index, Result<PreparedMesh>&& mesh) {
     if (mesh) return reading.meshes.push_back({index, name, mesh->geometry_hash});
     reading.unusable.emplace_back("mesh " + std::to_string(index) + " " + printable(name), mesh.error());
   };
-  reading.fault = each_mesh(path.string(), parts == all_parts, take);
+  reading.fault = each_mesh(path.string(), options, take);
   return reading;
 } catch (const std::bad_alloc&) {
   return {.done = true, .fault = Error{ErrorCode::runtime, "out of memory"}};
@@ -37,7 +38,8 @@ std::span<const size_t> find_in(const Map& map, const typename Map::key_type& ke
 
 }  // namespace
 
-Library::Library(std::vector<FoundFile> files, Stop stop) : stop_(std::move(stop)) {
+Library::Library(std::vector<FoundFile> files, IngestOptions ingest, Stop stop)
+    : ingest_(ingest), stop_(std::move(stop)) {
   for (FoundFile& file : files) {
     const size_t index = assets_.size();
     by_place_[place_of(file.path)].push_back(index);
@@ -48,6 +50,12 @@ Library::Library(std::vector<FoundFile> files, Stop stop) : stop_(std::move(stop
   read(opaque_parts);
 }
 
+IngestOptions Library::options(Parts parts) const {
+  IngestOptions options = ingest_;
+  options.treat_all_as_opaque = parts == all_parts;
+  return options;
+}
+
 void Library::read(Parts parts) {
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, assets_.size(), 1),
@@ -55,7 +63,7 @@ void Library::read(Parts parts) {
         for (size_t i = range.begin(); i < range.end() && !stop_(); ++i)
           // Isolated, so that a thread that waits within one asset does not take up another.
           tbb::this_task_arena::isolate([&] {
-            Reading reading = ingest_hashes(assets_[i].file.path, parts);
+            Reading reading = ingest_hashes(assets_[i].file.path, options(parts));
             if (!stop_())
               assets_[i].readings[parts] = std::move(reading);  // else the child may have been interrupted as well
           });

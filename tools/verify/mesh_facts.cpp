@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace vcd::verify {
+using namespace baker;
 namespace {
 
 bool is_padded(const ObjectRecord& record, const PreparedMesh& mesh) {

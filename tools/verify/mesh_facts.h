@@ -9,6 +9,7 @@
 namespace vcd::verify {
 
 // Its counts, and the padding of its box.
-void check_facts(const ObjectRecord& record, const PreparedMesh& mesh, const std::string& place, Outcome& outcome);
+void check_facts(const ObjectRecord& record, const baker::PreparedMesh& mesh, const std::string& place,
+                 Outcome& outcome);
 
 }  // namespace vcd::verify

@@ -8,6 +8,7 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 namespace {
 
@@ -34,11 +35,11 @@ class InMemory : public MeshSource {
 
 class File : public MeshSource {
  public:
-  File(const std::string& path, const SidecarContents& sidecar) : path_(path), sidecar_(sidecar) {}
+  File(const std::string& path, const IngestOptions& options) : path_(path), options_(options) {}
 
   const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
     if (!meshes_) {
-      meshes_ = load_meshes(path_, &sidecar_);
+      meshes_ = load_meshes(path_, options_);
       if (!*meshes_) outcome.add(IssueId::mesh_unreadable, meshes_->error().code, "", meshes_->error().message);
     }
     if (!*meshes_) return nullptr;
@@ -47,14 +48,14 @@ class File : public MeshSource {
 
  private:
   std::string path_;
-  const SidecarContents& sidecar_;
+  IngestOptions options_;
   std::optional<Result<std::vector<PreparedMesh>>> meshes_;
 };
 
 }  // namespace
 
-std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar) {
-  return std::make_unique<File>(path, sidecar);
+std::unique_ptr<MeshSource> against_file(const std::string& path, const IngestOptions& options) {
+  return std::make_unique<File>(path, options);
 }
 
 std::unique_ptr<MeshSource> against_meshes(std::span<const PreparedMesh> meshes) {

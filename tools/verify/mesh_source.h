@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include <vcd/baker/ingest.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 
@@ -18,14 +19,15 @@ class MeshSource {
 
   // The mesh with the object's geometry hash; valid until the next call. Null if there is none: then the outcome says
   // why. place: the object, for messages.
-  virtual const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) = 0;
+  virtual const baker::PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place,
+                                             Outcome& outcome) = 0;
 };
 
 // One mesh file, read when it is first asked for.
-std::unique_ptr<MeshSource> against_file(const std::string& path, const SidecarContents& sidecar);
+std::unique_ptr<MeshSource> against_file(const std::string& path, const IngestOptions& options);
 
 // Meshes in memory, which outlive the source.
-std::unique_ptr<MeshSource> against_meshes(std::span<const PreparedMesh> meshes);
+std::unique_ptr<MeshSource> against_meshes(std::span<const baker::PreparedMesh> meshes);
 
 // Thrown where work ends early because the user wants it to.
 struct Interrupted {};

@@ -9,6 +9,7 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 using namespace library;
 namespace {
@@ -21,7 +22,9 @@ bool is_unusable(const Error& error) {
 class FromLibrary : public MeshSource {
  public:
   FromLibrary(Library& library, const FoundFile& file, const SidecarContents& sidecar)
-      : library_(library), all_as_opaque_(baked_all_as_opaque(sidecar)), by_path_(library.named_by_path(file)) {
+      : library_(library),
+        all_as_opaque_(ingest_options_of(sidecar).treat_all_as_opaque),
+        by_path_(library.named_by_path(file)) {
     for (const ObjectContents& object : sidecar.objects) wanted_.insert(object.record->geometry_hash);
     for (const auto& [key, value] : sidecar.provenance)
       if (key == "source") by_name_ = library.named(value);
@@ -67,7 +70,7 @@ class FromLibrary : public MeshSource {
   void load(size_t asset, Parts parts) {
     meshes_.clear();
     loaded_ = {asset, parts};
-    fault_ = each_mesh(library_.assets()[asset].file.path.string(), parts == all_parts,
+    fault_ = each_mesh(library_.assets()[asset].file.path.string(), library_.options(parts),
                        [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
                          if (mesh && wanted_.contains(mesh->geometry_hash)) meshes_.push_back(std::move(*mesh));
                        });

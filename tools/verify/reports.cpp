@@ -1,12 +1,15 @@
 #include "reports.h"
 
-#include <vcd/format/atomic_file.h>
+#include <cstdio>
+
+#include <vcd/writer/atomic_file.h>
 
 #include "common/audit_report.h"
 #include "common/paths.h"
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 
 namespace {

@@ -13,6 +13,7 @@
 
 namespace vcd::verify {
 
+using namespace baker;
 using namespace tools;
 using namespace library;
 namespace {
@@ -59,7 +60,7 @@ class Runner {
       if (input.fault) faults.push_back(std::move(*input.fault));
       else files.push_back(std::move(input.file));
     }
-    library_ = std::make_unique<Library>(std::move(files), options_.check.stop);
+    library_ = std::make_unique<Library>(std::move(files), options_.check.ingest, options_.check.stop);
     check_.library = library_.get();
     run_.totals.has_library = true;
     return faults;

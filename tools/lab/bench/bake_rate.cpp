@@ -15,7 +15,10 @@
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
 namespace {
 
 // The baker's recursion below one cell; visit(cell, rays) sees every cell and how many rays it took.
@@ -94,7 +97,7 @@ Result<BakeRate> measure_bake_rate(const PreparedMesh& mesh, const BakeRateOptio
 }  // namespace
 
 int run_bake_rate(const std::string& path, const BakeRateOptions& options, int repetitions, OutputFormat format) {
-  const auto loaded = TracedMesh::load(path, nullptr, nullptr);
+  const auto loaded = TracedMesh::load(path, {}, nullptr);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
   const auto rate = measure_bake_rate(loaded->mesh, options, repetitions);
   if (!rate) return print_error(rate.error().message), exit_code(rate.error().code);
@@ -118,4 +121,4 @@ int run_bake_rate(const std::string& path, const BakeRateOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -6,7 +6,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct BakeRateOptions {
   uint32_t depth = 5;
@@ -16,6 +16,6 @@ struct BakeRateOptions {
 
 // The baker's recursion below random cells, against bare rtcOccluded16 on the very rays that it traced. Prints what it
 // measured; returns the exit code.
-int run_bake_rate(const std::string& mesh, const BakeRateOptions& options, int repetitions, OutputFormat format);
+int run_bake_rate(const std::string& mesh, const BakeRateOptions& options, int repetitions, tools::OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

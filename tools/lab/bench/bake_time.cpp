@@ -2,14 +2,17 @@
 
 #include <cstdio>
 
-#include <vcd/baker/bake.h>
+#include <vcd/baker/measure.h>
 
 #include "common/describe.h"
 #include "common/meshes.h"
 #include "machine.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
 namespace {
 
 struct MethodToTime {
@@ -25,18 +28,18 @@ struct TimedBake {
   uint64_t rays = 0;
 };
 
-std::optional<Error> time_bake(const PreparedMesh& mesh, const BakeOptions& options, TimedBake& timed) {
-  const auto baked = bake(mesh, options);
-  if (!baked) return baked.error();
-  timed.seconds.push_back(baked->seconds_above + options.one_in * (baked->seconds - baked->seconds_above));
-  timed.rays = baked->rays;
+std::optional<Error> add_bake(const PreparedMesh& mesh, const BakeOptions& options, uint32_t one_in, TimedBake& timed) {
+  const auto time = time_bake(mesh, options, one_in);
+  if (!time) return time.error();
+  timed.seconds.push_back(time->seconds);
+  timed.rays = time->rays;
   return std::nullopt;
 }
 
 }  // namespace
 
 int run_bake_time(const std::string& path, const BakeTimeOptions& options, int repetitions, OutputFormat format) {
-  const auto meshes = load_meshes(path, nullptr);
+  const auto meshes = load_meshes(path, {});
   if (!meshes) return print_error(meshes.error().message), exit_code(meshes.error().code);
   const PreparedMesh& mesh = meshes->front();
   catch_interruptions();
@@ -54,9 +57,9 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
       for (size_t m = 0; m < timed.size(); ++m) {
         BakeOptions bake_options;
         bake_options.method = kMethods[m].method, bake_options.samples = kMethods[m].samples;
-        bake_options.depth = depth, bake_options.threads = options.threads, bake_options.one_in = options.one_in;
+        bake_options.depth = depth, bake_options.threads = options.threads;
         bake_options.stop = interrupted;
-        if (auto error = time_bake(mesh, bake_options, timed[m]))
+        if (auto error = add_bake(mesh, bake_options, options.one_in, timed[m]))
           return print_error(error->message), exit_code(error->code);
       }
     const double base = summarize("", timed[0].seconds).median;
@@ -84,4 +87,4 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

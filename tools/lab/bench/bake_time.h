@@ -7,7 +7,7 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct BakeTimeOptions {
   std::vector<uint32_t> depths = {5, 6, 7};
@@ -17,6 +17,6 @@ struct BakeTimeOptions {
 
 // Times bakes by proof, hybrid and by 256 samples, interleaved, and prints seconds, ratios and resolved shares. Returns
 // the exit code.
-int run_bake_time(const std::string& mesh, const BakeTimeOptions& options, int repetitions, OutputFormat format);
+int run_bake_time(const std::string& mesh, const BakeTimeOptions& options, int repetitions, tools::OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -15,7 +15,10 @@
 #include "render/sidecars.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace tools;
+using namespace render;
 namespace {
 
 constexpr size_t kArray = 256;  // segments of one call at most
@@ -271,4 +274,4 @@ int run_instances(const InstancesOptions& options) {
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

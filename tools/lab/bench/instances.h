@@ -6,17 +6,17 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct InstancesOptions {
   std::string scene;                  // as parse_scene_request() reads it
   std::vector<std::string> sidecars;  // of all its meshes
   size_t points = 3000;               // bundles of 128 shadow rays, about
   int repetitions = 7;
-  OutputFormat format = OutputFormat::text;
+  tools::OutputFormat format = tools::OutputFormat::text;
 };
 
 // Prints what it measured; returns the exit code.
 int run_instances(const InstancesOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -4,7 +4,11 @@
 
 #include <vcd/baker/audit.h>
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
+using namespace render;
 
 std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
                                                    std::array<uint64_t, kSegmentKinds>& all) {
@@ -118,4 +122,4 @@ Json describe_counts(const KindCounts& c) {
           {"wrong_bound_95", upper_bound_95(c.wrong, c.segments)}};
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -8,27 +8,28 @@
 #include "render/recording.h"
 #include "timing.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct SidecarVariant {
   std::string id;
   const std::vector<Object>* objects;
-  ShadowWays ways;
+  render::ShadowWays ways;
 };
 
 // The bundles of a picture by the kind of their segments, each cut where the kind changes and thinned out evenly to
 // about `most` segments a kind. The kinds of all segments of the recording are counted in `all`.
-std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Recording& recording, uint64_t most,
-                                                   std::array<uint64_t, kSegmentKinds>& all);
+std::array<render::Recording, render::kSegmentKinds> split_by_kind(const render::World& world,
+                                                                   const render::Recording& recording, uint64_t most,
+                                                                   std::array<uint64_t, render::kSegmentKinds>& all);
 
 // The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its
 // ways do for such segments; interleaved, nanoseconds a segment, on one thread.
-Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles,
-                  const std::vector<SidecarVariant>& variants, const TestCounter& counter, EmbreeQuery truth,
+tools::Json measure_kind(const render::World& world, render::SegmentKind kind, const render::Recording& bundles,
+                  const std::vector<SidecarVariant>& variants, const render::TestCounter& counter, EmbreeQuery truth,
                   int repetitions);
 
 // Segments, answers, wrong answers and the 95 % bound of their share.
-Json describe_counts(const KindCounts& counts);
-Json describe_seconds(const Timing& timing, double scale);  // {"median", "minimum", "maximum"}
+tools::Json describe_counts(const render::KindCounts& counts);
+tools::Json describe_seconds(const Timing& timing, double scale);  // {"median", "minimum", "maximum"}
 
-}  // namespace vcd
+}  // namespace vcd::bench

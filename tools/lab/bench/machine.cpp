@@ -8,7 +8,9 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace tools;
 namespace {
 
 std::string processor_name() {
@@ -55,4 +57,4 @@ std::string machine_description() {
          m["embree_isa"].get<std::string>();
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

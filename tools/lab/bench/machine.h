@@ -5,10 +5,10 @@
 
 #include "common/describe.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 // {"processor", "threads", "memory_bytes", "system", "compiler", "embree", "embree_isa", "pinned"}.
-Json describe_machine();
+tools::Json describe_machine();
 std::string machine_description();  // the same in one line
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -5,7 +5,8 @@
 #include <numeric>
 
 #include <vcd/baker/audit.h>
-#include <vcd/format/writer.h>
+#include <vcd/baker/measure.h>
+#include <vcd/writer/writer.h>
 
 #include "common/describe.h"
 #include "common/program.h"
@@ -15,12 +16,16 @@
 #include "render/false_colour.h"
 #include "render/sidecars.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
+using namespace render;
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kBlank = "blank";
-constexpr const char* kSingle = "bvh-single";  // ray by ray, as the paper's renderer traced
+constexpr const char* kUnclassified = "blank";  // its id in results that were measured already
+constexpr const char* kSingle = "bvh-single";   // ray by ray, as the paper's renderer traced
 
 struct OpenVariant {
   std::string id;
@@ -125,9 +130,7 @@ class SceneRun {
       variant(c.id())["tree"] = c.text();
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
-    BakeOptions blank;
-    blank.method = Method::sampled, blank.depth = configurations_[0].depth, blank.blank = true;
-    return bake_variant(kBlank, blank);
+    return write_unclassified(configurations_[0].depth);
   }
 
   std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
@@ -143,12 +146,28 @@ class SceneRun {
     if (!baked) return baked.error();
     Json& v = variant(id);
     v["depth"] = bake.depth;
-    if (!bake.blank) v["method"] = method_name(bake.method);
-    if (!bake.blank && bake.method == Method::sampled) v["samples"] = bake.samples;
-    v["bake_seconds"] = baked->seconds;
-    v["bake_rays"] = baked->rays;
-    v["file_bytes"] = baked->file_bytes;
-    auto opened = open_sidecars(*world_, {path.string()});
+    v["method"] = method_name(bake.method);
+    if (bake.method == Method::sampled) v["samples"] = bake.samples;
+    return describe_file(id, *baked);
+  }
+
+  std::optional<Error> write_unclassified(uint32_t depth) {
+    if (variant(kUnclassified).contains("bake_seconds") && fs::exists(sidecar_path(kUnclassified))) return std::nullopt;
+    std::vector<BakedObject> objects;
+    for (const WorldObject& object : world_->objects) objects.push_back(make_unclassified_object(object.mesh, depth));
+    const auto written = write_world(*world_, objects, sidecar_path(kUnclassified), interrupted);
+    if (interrupted()) return stopped();
+    if (!written) return written.error();
+    variant(kUnclassified)["depth"] = depth;
+    return describe_file(kUnclassified, {0, 0, *written});
+  }
+
+  std::optional<Error> describe_file(const std::string& id, const WorldBake& baked) {
+    Json& v = variant(id);
+    v["bake_seconds"] = baked.seconds;
+    v["bake_rays"] = baked.rays;
+    v["file_bytes"] = baked.file_bytes;
+    auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
     if (!opened) return opened.error();
     describe_trees(opened->objects, v);
     if (auto error = measure_shipped(opened->files[0], id, v)) return error;
@@ -172,7 +191,7 @@ class SceneRun {
     ship.storage = Storage::zstd;
     ship.stop = interrupted;
     for (const ObjectContents& o : sidecar.contents().objects)
-      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.margins()});
+      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.clearance});
     const fs::path path = sidecar_path(id + "-ship");
     const auto written = write_sidecar(path, ship);
     if (interrupted()) return stopped();
@@ -186,7 +205,7 @@ class SceneRun {
   std::optional<Error> open_all() {
     std::vector<std::string> ids;
     for (const Configuration& c : configurations_) ids.push_back(c.id());
-    ids.push_back(kBlank);
+    ids.push_back(kUnclassified);
     for (const std::string& id : ids) {
       auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
       if (!opened) return opened.error();
@@ -200,7 +219,7 @@ class SceneRun {
       if (ways.is_null())
         ways = describe_ways(fastest_ways(*world_, options_.render, true,
                                           [&](const ShadowWays& w) { return vcd_caster(v.sidecars.objects, w); }));
-      if (v.id == kBlank)  // what look-ups cost that never answer
+      if (v.id == kUnclassified)  // what look-ups cost that never answer
         for (Json& kind : ways) kind["look_up"] = true;
       v.ways = ways_of(ways);
     }
@@ -247,7 +266,7 @@ class SceneRun {
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render(*world_, options_.render, make, hooks);
+    return render::render(*world_, options_.render, make, hooks);
   }
 
   // The BVH's picture first: all others are held against it.
@@ -306,7 +325,7 @@ class SceneRun {
     const Difference difference = compare(bvh_image_, rendered->image);
     v["rmse"] = difference.rmse;
     v["max_difference"] = difference.maximum;
-    if (open.id == kBlank) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
+    if (open.id == kUnclassified) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
     const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples *
                         static_cast<double>(world_->lights.size());
     for (const auto& error :
@@ -368,7 +387,7 @@ class SceneRun {
     const auto kinds = split_by_kind(*world_, record(*world_, sparse), options_.segments_of_kind, all);
     std::vector<SidecarVariant> variants;
     for (const OpenVariant& v : open_)
-      if (v.id != kBlank) variants.push_back({v.id, &v.sidecars.objects, v.ways});
+      if (v.id != kUnclassified) variants.push_back({v.id, &v.sidecars.objects, v.ways});
     Json measured = Json::array();
     for (size_t k = 0; k < kSegmentKinds; ++k) {
       if (kinds[k].segment_count() == 0) continue;
@@ -389,7 +408,7 @@ class SceneRun {
     if (!scene().contains("kinds")) return false;
     for (const Json& kind : scene()["kinds"])
       for (const OpenVariant& v : open_)
-        if (v.id != kBlank &&
+        if (v.id != kUnclassified &&
             std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
           return false;
     return true;
@@ -452,4 +471,4 @@ std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
   return codes;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

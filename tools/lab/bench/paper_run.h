@@ -11,7 +11,7 @@
 #include "render/scene_source.h"
 #include "results.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 // A tree to bake of each scene.
 struct Configuration {
@@ -29,16 +29,16 @@ struct Configuration {
 struct SceneRequest {
   std::string name;                 // in the results, and of its files
   std::vector<std::string> source;  // for load_world()
-  SceneOptions options;
+  render::SceneOptions options;
 };
 
 // "[NAME=]SCENE|MESH[,KEY=VALUE]…": "forest,instances=1000", "killeroo=killeroo_loop1.ply,up=z". Errors: usage.
-Result<SceneRequest> parse_scene_request(const std::string& text, const SceneOptions& defaults);
+Result<SceneRequest> parse_scene_request(const std::string& text, const render::SceneOptions& defaults);
 
 struct PaperRunOptions {
   std::vector<SceneRequest> scenes;
   std::vector<Configuration> configurations;
-  RenderSettings render;
+  render::RenderSettings render;
   int repetitions = 7;
   uint64_t segments_of_kind = 1 << 16;  // to time, of each kind, at most
   bool quiet = false;
@@ -49,4 +49,4 @@ struct PaperRunOptions {
 // on. Returns the exit code of each scene.
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results);
 
-}  // namespace vcd
+}  // namespace vcd::bench

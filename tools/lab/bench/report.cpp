@@ -12,7 +12,9 @@
 
 extern char** environ;
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace tools;
 namespace {
 
 std::string python() {
@@ -39,4 +41,4 @@ int write_report(const std::filesystem::path& folder) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : exit_code(ErrorCode::runtime);
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

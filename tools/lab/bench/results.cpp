@@ -2,9 +2,11 @@
 
 #include <fstream>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace tools;
 namespace {
 
 namespace fs = std::filesystem;
@@ -60,4 +62,4 @@ std::optional<Error> Results::save() const {
   return written ? std::nullopt : std::optional(written.error());
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -4,7 +4,10 @@
 
 #include "paper_run.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace tools;
+using namespace render;
 namespace {
 
 template <class Number>
@@ -62,4 +65,4 @@ Result<SceneRequest> parse_scene_request(const std::string& text, const SceneOpt
   return request;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

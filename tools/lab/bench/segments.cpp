@@ -12,13 +12,18 @@
 #include <vcd/runtime/sidecar.h>
 
 #include "common/describe.h"
+#include "common/meshes.h"
 #include "machine.h"
 #include "render/packets.h"
 #include "shadow_rays.h"
 #include "timing.h"
 #include "traced_mesh.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
+using namespace render;
 namespace {
 
 bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
@@ -270,8 +275,8 @@ int run_segments(const SegmentsOptions& options) {
   const Sidecar& sidecar = opened.sidecars[0];
   if (options.object >= sidecar.object_count())
     return print_error(options.sidecar + ": it has no such object"), exit_code(ErrorCode::usage);
-  const auto loaded =
-      TracedMesh::load(options.mesh, &sidecar.contents(), &sidecar.object(options.object).record().geometry_hash);
+  const auto loaded = TracedMesh::load(options.mesh, ingest_options_of(sidecar.contents()),
+                                       &sidecar.object(options.object).record().geometry_hash);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
 
   const PreparedMesh& mesh = loaded->mesh;
@@ -306,4 +311,4 @@ int run_segments(const SegmentsOptions& options) {
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -5,17 +5,17 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 struct SegmentsOptions {
   std::string mesh, sidecar;
   size_t object = 0;
   size_t points = 4000;
   int repetitions = 7;
-  OutputFormat format = OutputFormat::text;
+  tools::OutputFormat format = tools::OutputFormat::text;
 };
 
 // Prints what it measured; returns the exit code.
 int run_segments(const SegmentsOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::bench

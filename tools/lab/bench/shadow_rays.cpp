@@ -4,7 +4,9 @@
 #include <cmath>
 #include <random>
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
 
 LightBundles shadow_rays(const PreparedMesh& mesh, size_t points, uint64_t seed) {
   std::mt19937_64 random(seed);
@@ -74,4 +76,4 @@ std::vector<Segment> piercing_bundles(const PreparedMesh& mesh, size_t bundles, 
   return segments;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -7,7 +7,7 @@
 #include <vcd/format/segment.h>
 #include <vcd/runtime/bundle.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 inline constexpr size_t kLightSamples = 128;
 
@@ -25,11 +25,11 @@ struct LightBundles {
 // the padded box and reaches half a box from its middle to one side and one and a half to the other, where the shadow
 // falls; the light hangs one and a half boxes above, to the first side, and is 0.6 of the box wide. A box is as wide as
 // the longest side. All coordinates in the object's frame, y up.
-LightBundles shadow_rays(const PreparedMesh& mesh, size_t points, uint64_t seed);
+LightBundles shadow_rays(const baker::PreparedMesh& mesh, size_t points, uint64_t seed);
 
 // Segments that all pierce the box: from points around the object, three boxes away, bundles of `samples` through a
 // patch of a tenth of the box about a random point inside, and on to the other side. Neighbours fall into neighbouring
 // cells.
-std::vector<Segment> piercing_bundles(const PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed);
+std::vector<Segment> piercing_bundles(const baker::PreparedMesh& mesh, size_t bundles, size_t samples, uint64_t seed);
 
-}  // namespace vcd
+}  // namespace vcd::bench

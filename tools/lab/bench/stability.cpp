@@ -8,13 +8,16 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/referee.h>
 #include <vcd/baker/tracer.h>
-#include <vcd/format/atomic_file.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/atomic_file.h>
 
 #include "common/describe.h"
 #include "machine.h"
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
+using namespace tools;
 
 struct StabilityMesh {
   PreparedMesh mesh;
@@ -36,7 +39,7 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}};
   for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
     BakeOptions options;
-    options.method = method, options.depth = depth;
+    options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
     const auto baked = bake(made.mesh, options);
     if (!baked) return baked.error();
     SidecarToWrite file;
@@ -222,4 +225,4 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   return kExitOk;
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -12,7 +12,7 @@
 #include "common/program.h"
 #include "stability_meshes.h"
 
-namespace vcd {
+namespace vcd::bench {
 
 inline constexpr const char* kStabilityMethods[] = {"proven", "hybrid", "sampled", "embree", "embree_robust"};
 inline constexpr size_t kStabilityMethodCount = std::size(kStabilityMethods);
@@ -56,6 +56,6 @@ struct StabilityOptions {
 
 // All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof
 // was wrong.
-int run_stability(const StabilityOptions& options, const std::string& command, OutputFormat format);
+int run_stability(const StabilityOptions& options, const std::string& command, tools::OutputFormat format);
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -3,7 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-namespace vcd {
+namespace vcd::bench {
+
+using namespace baker;
 namespace {
 
 double uniform(Random& random) { return std::generate_canonical<double, 53>(random); }
@@ -255,4 +257,4 @@ std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {
   };
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 SourceMesh stability_sphere(uint32_t rings = 12, uint32_t segments = 20);
 SourceMesh stability_soup(uint32_t triangles);  // in a unit cube, edges of about a tenth
@@ -24,13 +24,13 @@ std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_tr
 using Random = std::mt19937_64;
 
 // How segments are drawn. All are in the mesh's own frame.
-using SegmentMaker = std::function<Segment(const PreparedMesh&, Random&)>;
+using SegmentMaker = std::function<Segment(const baker::PreparedMesh&, Random&)>;
 
 // Through a random point of the box, in a random direction, from `boxes` boxes away.
-Segment through_the_box(const PreparedMesh& mesh, Random& random, double boxes);
+Segment through_the_box(const baker::PreparedMesh& mesh, Random& random, double boxes);
 
 // By name: axis, in-face, box-edge, box-corner, grazing, vertex, edge, end-on-surface, end-on-box, end-inside,
 // end-outside.
 std::vector<std::pair<std::string, SegmentMaker>> segment_kinds();
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
-namespace vcd {
+namespace vcd::bench {
 namespace {
 
 double seconds_of(const std::function<void()>& run) {
@@ -36,4 +36,4 @@ void print_timing(const Timing& t, uint64_t segments) {
               t.maximum * scale);
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace vcd {
+namespace vcd::bench {
 
 struct Variant {
   std::string name;
@@ -27,4 +27,4 @@ Timing summarize(std::string name, std::vector<double> seconds);
 // One line on standard output: nanoseconds for each of so many segments.
 void print_timing(const Timing& timing, uint64_t segments);
 
-}  // namespace vcd
+}  // namespace vcd::bench

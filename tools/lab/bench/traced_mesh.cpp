@@ -2,11 +2,14 @@
 
 #include "common/meshes.h"
 
-namespace vcd {
+namespace vcd::bench {
 
-Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarContents* sidecar,
+using namespace baker;
+using namespace tools;
+
+Result<TracedMesh> TracedMesh::load(const std::string& path, const IngestOptions& options,
                                     const std::array<uint8_t, 16>* hash) {
-  auto meshes = load_meshes(path, sidecar);
+  auto meshes = load_meshes(path, options);
   if (!meshes) return meshes.error();
   for (PreparedMesh& mesh : *meshes) {
     if (hash && mesh.geometry_hash != *hash) continue;
@@ -17,4 +20,4 @@ Result<TracedMesh> TracedMesh::load(const std::string& path, const SidecarConten
   return Error{ErrorCode::stale, path + ": none of its meshes has the sidecar's geometry hash"};
 }
 
-}  // namespace vcd
+}  // namespace vcd::bench

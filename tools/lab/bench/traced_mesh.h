@@ -4,20 +4,20 @@
 #include <array>
 #include <string>
 
+#include <vcd/baker/ingest.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/baker/tracer.h>
 #include <vcd/format/contents.h>
 
-namespace vcd {
+namespace vcd::bench {
 
 struct TracedMesh {
-  PreparedMesh mesh;
-  Tracer tracer;
+  baker::PreparedMesh mesh;
+  baker::Tracer tracer;
 
-  // The mesh with that hash, or the first, ingested as the sidecar says (null: as by default). Errors: those of
-  // load_meshes(); stale.
-  static Result<TracedMesh> load(const std::string& path, const SidecarContents* sidecar,
+  // The mesh with that hash, or the first. Errors: those of load_meshes(); stale.
+  static Result<TracedMesh> load(const std::string& path, const IngestOptions& options,
                                  const std::array<uint8_t, 16>* hash);
 };
 
-}  // namespace vcd
+}  // namespace vcd::bench

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vcd {
+namespace vcd::render {
 
 Beam::Beam(std::span<const Segment> segments)
     : origin_{segments[0].origin[0], segments[0].origin[1], segments[0].origin[2]} {
@@ -38,4 +38,4 @@ bool Beam::may_meet(const Box& box) const {
   return first <= last * (1 + 1e-5f);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -7,7 +7,7 @@
 
 #include "vec.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // All points origin + t · direction with 0 ≤ t ≤ 1 and the direction in the box about the directions of some segments
 // that begin at one point.
@@ -26,4 +26,4 @@ class Beam {
   Bound low_[3], high_[3];
 };
 
-}  // namespace vcd
+}  // namespace vcd::render

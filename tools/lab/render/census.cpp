@@ -5,7 +5,9 @@
 
 #include <vcd/format/line_cell.h>
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace baker;
 
 const char* segment_kind_name(SegmentKind kind) {
   constexpr const char* kNames[kSegmentKinds] = {"missing", "piercing",         "own",
@@ -113,4 +115,4 @@ CensusPass Census::take() {
   return std::move(pass_);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -9,7 +9,7 @@
 #include "shadows.h"
 #include "test_counter.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // How a segment lies to the object's box. One object: the first four; many instances: the other two.
 enum class SegmentKind : uint8_t {
@@ -62,4 +62,4 @@ class Census {
   std::vector<std::unique_ptr<CensusPass>> passes_;  // one a thread; their pixel counts are shared, in pass_
 };
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -6,7 +6,7 @@
 
 #include <stb_easy_font.h>
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 // Samples of Matplotlib's "inferno" (Smith and van der Walt, CC0), sRGB: even steps of lightness, whatever one's eyes.
@@ -90,4 +90,4 @@ Image false_colour(const std::vector<double>& counts, uint32_t width, uint32_t h
   return image;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -7,7 +7,7 @@
 
 #include "image.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // counts: width × height of them, row by row from the top. Zero is black, `maximum` and all above it the brightest
 // colour; the strip below the picture shows the colours, what they stand for, and `caption`.
@@ -18,4 +18,4 @@ Image false_colour(const std::vector<double>& counts, uint32_t width, uint32_t h
 // spoil.
 double scale_for(std::vector<double> counts);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -2,7 +2,9 @@
 
 #include "common/memory.h"
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace tools;
 namespace {
 
 // What making a scene and its file takes at once: the arrays while they grow, and their copy in the file.
@@ -49,4 +51,4 @@ Result<scenes::Scene> generate_scene(const std::string& name, const GeneratedSce
   return name == "hairball" ? scenes::hairball(options.hairball) : scenes::forest(options.forest);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -8,7 +8,7 @@
 
 #include <CLI/CLI.hpp>
 
-namespace vcd {
+namespace vcd::render {
 
 struct GeneratedSceneOptions {
   uint32_t level = 8;
@@ -24,4 +24,4 @@ bool is_generated_scene(const std::string& name);  // sierpinski, hairball, fore
 // Errors: runtime (too large for the memory that is free, said before any of it is made).
 Result<scenes::Scene> generate_scene(const std::string& name, const GeneratedSceneOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::render

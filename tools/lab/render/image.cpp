@@ -13,9 +13,9 @@
 #include <ImfOutputFile.h>
 #include <png.h>
 
-#include <vcd/format/atomic_file.h>
+#include <vcd/writer/atomic_file.h>
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 uint8_t srgb_byte(float linear) {
@@ -125,4 +125,4 @@ Image amplified_difference(const Image& a, const Image& b, float factor) {
   return out;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -9,7 +9,7 @@
 
 #include "vec.h"
 
-namespace vcd {
+namespace vcd::render {
 
 struct Image {
   uint32_t width = 0, height = 0;
@@ -35,4 +35,4 @@ struct Difference {
 Difference compare(const Image& a, const Image& b);  // of the same size
 Image amplified_difference(const Image& a, const Image& b, float factor);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -1,6 +1,6 @@
 #include "packets.h"
 
-namespace vcd {
+namespace vcd::render {
 
 std::string name_of(EmbreeQuery packets) {
   return "rtcOccluded" + std::to_string(packets.width) + (packets.coherent ? ", coherent" : "");
@@ -11,4 +11,4 @@ std::vector<EmbreeQuery> all_packets(bool instances) {
   return {{1, false}, {1, true}, {8, false}, {8, true}, {16, false}, {16, true}};
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

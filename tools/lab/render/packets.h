@@ -10,7 +10,7 @@
 
 #include <vcd/runtime/embree.h>
 
-namespace vcd {
+namespace vcd::render {
 
 std::string name_of(EmbreeQuery packets);  // "rtcOccluded16, coherent"
 
@@ -18,4 +18,4 @@ std::string name_of(EmbreeQuery packets);  // "rtcOccluded16, coherent"
 // was seen never to return from a coherent rtcOccluded16, on an everyday bundle of shadow rays.
 std::vector<EmbreeQuery> all_packets(bool instances);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <limits>
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 class Recorder : public ShadowCaster {
@@ -110,4 +110,4 @@ std::string text_of(const ShadowWays& ways) {
   return text;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -8,7 +8,7 @@
 
 #include "renderer.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Bundles one after the other in one array of segments.
 class Recording {
@@ -50,4 +50,4 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
 // "outside: look-up, rtcOccluded16; own: rtcOccluded16, coherent"
 std::string text_of(const ShadowWays& ways);
 
-}  // namespace vcd
+}  // namespace vcd::render

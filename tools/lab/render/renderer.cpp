@@ -12,7 +12,7 @@
 #include "beam.h"
 #include "sampling.h"
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -237,4 +237,4 @@ Result<Rendered> render(const World& world, const RenderSettings& settings, cons
   return rendered;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -11,7 +11,7 @@
 #include "shadows.h"
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 struct RenderSettings {
   uint32_t width = 480, height = 320;
@@ -49,4 +49,4 @@ struct Rendered {
 Result<Rendered> render(const World& world, const RenderSettings& settings, const MakeCaster& make_caster,
                         const RenderHooks& hooks = {});
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vcd {
+namespace vcd::render {
 namespace {
 
 uint64_t mix(uint64_t x) {  // SplitMix64's finalizer (Steele, Lea and Flood 2014)
@@ -40,4 +40,4 @@ Sample2 jitter(uint64_t seed, uint32_t pixel, uint32_t sample, uint32_t light) {
   return {static_cast<float>(bits >> 40) * 0x1p-24f, static_cast<float>(bits >> 16 & 0xFFFFFF) * 0x1p-24f};
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

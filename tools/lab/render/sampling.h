@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace vcd {
+namespace vcd::render {
 
 struct Sample2 {
   float x, y;  // 0 … 1
@@ -24,4 +24,4 @@ Strata make_strata(uint32_t count);
 // number of threads.
 Sample2 jitter(uint64_t seed, uint32_t pixel, uint32_t sample, uint32_t light);
 
-}  // namespace vcd
+}  // namespace vcd::render

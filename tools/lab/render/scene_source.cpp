@@ -7,7 +7,9 @@
 
 #include "common/program.h"
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace tools;
 namespace {
 
 struct Parts {
@@ -138,4 +140,4 @@ Result<World> load_world(const std::vector<std::string>& names, const SceneOptio
   return build_world(std::move(*scene), sources);
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

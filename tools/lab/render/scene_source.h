@@ -7,7 +7,7 @@
 #include "generated_scene.h"
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 struct SceneOptions {
   GeneratedSceneOptions generated;
@@ -23,4 +23,4 @@ void add_scene_options(CLI::App& app, SceneOptions& options);
 // and build_world(). Notes of what a file left out are printed unless quiet.
 Result<World> load_world(const std::vector<std::string>& names, const SceneOptions& options, bool quiet);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -4,7 +4,9 @@
 #include <bit>
 #include <stdexcept>
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace baker;
 namespace {
 
 size_t words_of(const Bundle& bundle) { return (bundle.segments.size() + 63) / 64; }
@@ -54,7 +56,7 @@ SceneQuery query_of(const Bundle& bundle) {
 }
 
 From from_of(const World& world, const Bundle& bundle) {
-  if (bundle.surface != kGroundSurface) return From::own;
+  if (bundle.surface != kGroundSurface) return From::self;
   if (!world.single()) return From::outside;
   const PreparedMesh& mesh = world.objects[0].mesh;
   bool inside = true;
@@ -118,4 +120,4 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
   for (size_t k = 0; k < count; ++k) blocked[places_[k]] = traced_[k];
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

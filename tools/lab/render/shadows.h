@@ -12,7 +12,7 @@
 #include "packets.h"
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Most segments of one bundle.
 inline constexpr size_t kMaxBundle = 1024;
@@ -98,4 +98,4 @@ class SidecarShadows : public ShadowCaster {
   std::vector<uint8_t> traced_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -2,7 +2,10 @@
 
 #include "common/describe.h"
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace baker;
+using namespace tools;
 
 Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths) {
   WorldSidecars sidecars;
@@ -30,24 +33,21 @@ Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::s
 Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
                              const std::function<void(const WorldObject&, const BakeProgress&)>& progress) {
   std::vector<BakedObject> baked;
-  SidecarToWrite file;
   WorldBake sum;
   for (const WorldObject& object : world.objects) {
     BakeOptions here = options;
     here.progress = [&](const BakeProgress& p) { progress(object, p); };
+    here.audit_lines = kQuickAuditLines;
     auto result = bake(object.mesh, here);
     if (!result) return Error{result.error().code, object.source + ": " + result.error().message};
     sum.seconds += result->seconds;
     sum.rays += result->rays;
     baked.push_back(std::move(*result));
   }
-  for (const BakedObject& object : baked) file.objects.push_back(object.to_write());
-  file.provenance = {{"baker", "vcd " VCD_VERSION}, {"source", world.name}};
-  file.stop = options.stop;
-  const auto written = write_sidecar(path, file);
+  const auto written = write_world(world, baked, path, options.stop);
   if (!written) return written.error();
   sum.file_bytes = *written;
   return sum;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -10,7 +10,7 @@
 
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Open sidecars, and for each object of a world the one that answers for it.
 struct WorldSidecars {
@@ -27,9 +27,13 @@ struct WorldBake {
   uint64_t rays = 0, file_bytes = 0;
 };
 
-// Bakes all objects of a world into one sidecar. progress: what is baked, and how far it is. Errors: those of bake()
-// and write_sidecar().
-Result<WorldBake> bake_world(const World& world, const BakeOptions& options, const std::filesystem::path& path,
-                             const std::function<void(const WorldObject&, const BakeProgress&)>& progress);
+// Bakes all objects of a world into one sidecar, with a quick audit. progress: what is baked, and how far it is.
+// Errors: those of bake() and write_sidecar().
+Result<WorldBake> bake_world(const World& world, const baker::BakeOptions& options, const std::filesystem::path& path,
+                             const std::function<void(const WorldObject&, const baker::BakeProgress&)>& progress);
 
-}  // namespace vcd
+// Writes one sidecar of a world's objects. Returns its bytes. Errors: those of write_sidecar().
+Result<uint64_t> write_world(const World& world, const std::vector<baker::BakedObject>& baked,
+                             const std::filesystem::path& path, const std::function<bool()>& stop = {});
+
+}  // namespace vcd::render

@@ -4,7 +4,9 @@
 
 #include "packets.h"
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace baker;
 namespace {
 
 struct CountingContext {
@@ -83,4 +85,4 @@ TestCounter::Count TestCounter::count(const Segment& segment) const {
   return {context.tests, ray.tfar < 0};
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

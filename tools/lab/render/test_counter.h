@@ -8,7 +8,7 @@
 
 #include "world.h"
 
-namespace vcd {
+namespace vcd::render {
 
 // Safe from any thread. Not for timing.
 class TestCounter {
@@ -27,4 +27,4 @@ class TestCounter {
   RTCScenePointer instances_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::render

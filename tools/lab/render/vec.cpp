@@ -1,6 +1,6 @@
 #include "vec.h"
 
-namespace vcd {
+namespace vcd::render {
 
 Affine affine(const std::array<float, 12>& m) {
   Affine a;
@@ -31,4 +31,4 @@ Box transformed(const Affine& a, const Box& box) {
   return image;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

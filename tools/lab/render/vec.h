@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-namespace vcd {
+namespace vcd::render {
 
 struct Vec3 {
   float x = 0, y = 0, z = 0;
@@ -50,4 +50,4 @@ struct Box {
 // The axis-aligned box of a box's image.
 Box transformed(const Affine& a, const Box& box);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -8,7 +8,10 @@
 
 #include "common/memory.h"
 
-namespace vcd {
+namespace vcd::render {
+
+using namespace baker;
+using namespace tools;
 namespace {
 
 // Measured with Embree's default hierarchy: source, prepared mesh and hierarchy together, rounded up.
@@ -160,4 +163,4 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
   return world;
 }
 
-}  // namespace vcd
+}  // namespace vcd::render

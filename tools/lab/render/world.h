@@ -16,11 +16,11 @@
 #include "packets.h"
 #include "vec.h"
 
-namespace vcd {
+namespace vcd::render {
 
 struct WorldObject {
-  PreparedMesh mesh;
-  Tracer tracer;  // the hierarchy over the mesh, in the object's frame
+  baker::PreparedMesh mesh;
+  baker::Tracer tracer;  // the hierarchy over the mesh, in the object's frame
   Vec3 colour;
   std::string source;  // the file it came from, or the scene's name: for messages
 };
@@ -94,4 +94,4 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
 // Adds all instances to a scene, in order; objects[i] stands for world.objects[i].
 void attach_instances(const World& world, std::span<const RTCScene> objects, RTCDevice device, RTCScene scene);
 
-}  // namespace vcd
+}  // namespace vcd::render

@@ -4,13 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <vcd/baker/prepare.h>
 #include <vcd/format/error.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // How the lines of an audit are chosen. All are segments in the object's frame. Of every kind but inside, a tenth come
 // from far away (1 to 500 boxes, log-uniformly; the others from a few boxes at most), and a twentieth run along an
@@ -51,9 +52,10 @@ struct AuditReport {
 };
 
 struct AuditOptions {
-  uint64_t lines = 1000000;  // in all: a third uniform, a third chords, the rest aimed, in equal parts
-  uint64_t seed = 1;         // independent of the bake's random numbers whatever its seed
-  size_t keep = 10;
+  uint64_t lines = 1000000;         // in all: a third uniform, a third chords, the rest aimed, in equal parts
+  uint64_t seed = 1;                // independent of the bake's random numbers whatever its seed
+  size_t keep = 10;                 // wrong answers to report, at most
+  std::function<bool()> stop = {};  // asked now and then, from many threads; true: the rest is not asked
 };
 
 // What is under audit answers segments[i] by answers[i]; asked from many threads at once.
@@ -65,6 +67,12 @@ using Answers = std::function<void(std::span<const Segment>, std::span<Visibilit
 // give the same report.
 AuditReport audit(const PreparedMesh& mesh, const Answers& answers, const Answers& proven, const AuditOptions& options);
 
+// A segment as text, "ox,oy,oz,t_min,dx,dy,dz,t_max", with digits enough to be read back exactly: what the programs'
+// --segment takes.
+std::string replayable(const Segment& segment);
+// False if the text is not eight numbers.
+bool parse_segment(const std::string& text, Segment& segment);
+
 // `count` segments of one kind, as an audit draws them.
 std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, uint64_t seed, uint64_t count);
 
@@ -72,4 +80,4 @@ std::vector<Segment> audit_segments(const PreparedMesh& mesh, AuditKind kind, ui
 double upper_bound_95(uint64_t wrong, uint64_t all);
 double lower_bound_95(uint64_t wrong, uint64_t all);
 
-}  // namespace vcd
+}  // namespace vcd::baker

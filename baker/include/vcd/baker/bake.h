@@ -8,22 +8,33 @@
 #include <string>
 #include <vector>
 
+#include <vcd/baker/audit.h>
 #include <vcd/baker/mesh.h>
 #include <vcd/baker/plan.h>
 #include <vcd/baker/prepare.h>
 #include <vcd/format/error.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
-namespace vcd {
+namespace vcd::baker {
+
+// The passes of a bake in their order. plan, demote, clearances and audit are left out where there is nothing to do.
+enum class BakePass : uint8_t {
+  trace,       // the mesh in grid units, Embree's hierarchy over it, and the classifier
+  plan,        // picks the depth
+  classify,    // asks the class of every cell, and stores equal blocks once
+  demote,      // gives up classes until the tree fits the budget of bytes
+  clearances,  // measures the empty space below the box's faces
+  audit,       // holds answers of the tree against exact arithmetic
+};
 
 struct BakeProgress {
-  double fraction;  // of the object, 0 … 1
+  double fraction;  // of the pass `classify`, 0 … 1
   uint64_t rays;    // traced so far
-  double seconds;   // since tracing began
+  double seconds;   // since that pass began
 };
 
 struct BakeOptions {
-  Method method = Method::hybrid;  // none: nothing is classified, and the file says that a sidecar would not pay
+  Method method = Method::hybrid;  // none: no cell is classified, and the file says that a sidecar would not pay
   uint32_t depth = 5;              // 1 … 8; 0: plan() picks it, and whether to bake at all
   // sampled: rays a cell, 16, 81 or 256. hybrid: of a cell of the statistical tier, 81 or 256. 0: 256, but 81 for
   // hybrid where proofs of blocked hardly ever succeed, as in foliage.
@@ -32,16 +43,18 @@ struct BakeOptions {
   unsigned threads = 0;       // 0: all
   uint64_t budget_bytes = 0;  // of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan()
   // From the call of bake() to the written file, on a quiet machine; 0: none. A quarter is kept for audit and writing.
-  // When the rest is over, what is not classified stays unclassified.
+  // When the rest is over, the cells that have no class yet are left unclassified.
   double budget_seconds = 0;
   bool embed_geometry = false;
-  bool blank = false;   // trace nothing and leave every cell unclassified: to measure what a look-up costs where it
-                        // never helps
-  uint32_t one_in = 1;  // classify one in so many cells of the top table, the same for all methods, and leave the
-                        // others unclassified: to measure what a bake costs
+  uint64_t audit_lines = 0;  // that the audit asks; 0: no audit
+
+  std::function<void(BakePass)> on_pass;              // called from the caller's thread when a pass begins
   std::function<void(const BakeProgress&)> progress;  // called now and then, from one thread at a time
   std::function<bool()> stop;  // asked often, from many threads at once; true ends the bake with an error
 };
+
+// What programs that bake only to measure or to show let the audit ask: about a tenth of a second.
+inline constexpr uint64_t kQuickAuditLines = 50'000;
 
 // Raised whenever the same mesh and options give other bytes than before: what an older revision baked is not up to
 // date. A test holds the hashes of some bakes against it.
@@ -49,30 +62,31 @@ inline constexpr unsigned kBakeRevision = 2;
 
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 
-// One baked object. Moving it keeps every span of to_write() valid.
+// One baked object. One that was moved from, or made without arrays, can only be assigned to or destroyed.
 class BakedObject {
  public:
+  struct Arrays;
   BakedObject();
+  explicit BakedObject(std::unique_ptr<Arrays> arrays);  // for the baker itself
   BakedObject(BakedObject&&) noexcept;
   BakedObject& operator=(BakedObject&&) noexcept;
   ~BakedObject();
 
-  ObjectToWrite to_write() const;  // points into this object
+  // Both point into this object: use them before it is moved or destroyed.
+  ObjectToWrite to_write() const;
   TreeView tree() const;
 
   std::string name;
   ObjectRecord record{};
-  std::optional<Plan> plan;  // if the depth was left to it
-  uint64_t rays = 0;
-  double seconds = 0;                  // of classifying and merging
-  double seconds_above = 0;            // of that, for the cells above the top table, which `one_in` does not thin out
+  std::optional<Plan> plan;            // if the depth was left to it
+  std::optional<AuditReport> audit;    // if one was asked for and the object answers anything; no proof was wrong
+  uint64_t rays = 0;                   // traced to classify cells
+  double seconds = 0;                  // of the passes classify, demote and clearances
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so
   bool out_of_time = false;            // some cells were not classified
 
  private:
-  friend Result<BakedObject> bake(const PreparedMesh&, const BakeOptions&);
-  struct Arrays;
   std::unique_ptr<Arrays> arrays_;
 };
 
@@ -80,8 +94,11 @@ class BakedObject {
 Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
 
 // Bakes one object. Without a budget of seconds, the same geometry and options give the same tree and record, whatever
-// the number of threads, the order of vertices and triangles, or the file they came from. Errors: usage (an option out
-// of range); runtime (out of memory, or stopped).
+// the number of threads, the order of vertices and triangles, or the file they came from.
+//
+// Errors: usage (an option out of range, or a budget of bytes too small for the depth); difference (the audit found a
+// wrong proof: a fault of vcd, and the message holds lines that show it); runtime (out of memory, or stopped).
+// Safe from any thread. Exceptions of the callbacks pass through.
 Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);
 
 // The welded mesh as a Draco bitstream without quantization, so that decoding it and preparing it again gives the same
@@ -93,4 +110,4 @@ std::vector<std::byte> encode_geometry(const PreparedMesh& mesh);
 Result<SourceMesh> decode_geometry(Bytes draco);
 Result<SourceMesh> decode_geometry_isolated(Bytes draco, const std::string& name);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-namespace vcd {
+namespace vcd::baker {
 
 // A cell of level l is one of 2^l × 2^l × 2^l × 2^l of its face pair; s, t, u, v < 2^l.
 struct Cell {
@@ -26,4 +26,4 @@ enum class CellVerdict : uint8_t { clear = 0, blocked = 1, mixed = 2 };
 inline constexpr uint32_t kClear = 0, kBlocked = 1, kUnclassified = 2, kStatisticallyBlocked = 3;
 inline constexpr uint32_t kDeeper = 4;  // mixed, and not yet at the deepest level
 
-}  // namespace vcd
+}  // namespace vcd::baker

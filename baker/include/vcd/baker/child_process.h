@@ -11,7 +11,7 @@
 
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct ChildLimits {
   double seconds = 60;  // wall time; infinite or NaN: none
@@ -93,4 +93,4 @@ class ChildProcess {
   bool out_of_time_ = false;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

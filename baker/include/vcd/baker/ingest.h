@@ -21,6 +21,16 @@ struct IngestOptions {
   // Read where the default scene's nodes put the meshes. Off: placements stays empty, and defects of nodes are without
   // consequence.
   bool placements = false;
+  // A mesh file may name others (the buffers of .gltf). By default these must lie in the mesh file's folder or below
+  // it, links followed, since a file from elsewhere could else have any file of this machine read, and its bytes baked.
+  bool files_outside = false;
+  // Subtracted in double precision from every coordinate before it is rounded to a 32-bit float; of glTF and Draco,
+  // whose coordinates are floats already, from each mesh in its own frame. For georeferenced meshes, far from their
+  // origin.
+  std::array<double, 3> shift{};
+  // Take a mesh even if the rounding of its coordinates moves them by more than 2^-10 of its extent. Beyond 2^-16 there
+  // is a note in any case.
+  bool coarse = false;
 };
 
 // One mesh in one place.
@@ -57,7 +67,7 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
 // Of the files that ingest() reads, in lower case and without the dot: "glb", "gltf", …
 std::vector<std::string> mesh_extensions();
 
-using IngestLimits = ChildLimits;
+using IngestLimits = baker::ChildLimits;
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
 // an Error (code runtime for a crash, a time-out or exhausted memory), and the caller lives on.

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct DepthForecast {
   uint32_t depth;
@@ -24,4 +24,4 @@ struct Plan {
   double seconds = 0;                    // that the probe took
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include <vcd/baker/mesh.h>
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // One object, welded and cleaned. Equal geometry gives equal bytes here, whatever file, order or naming it came in, and
 // so the same sidecar tree.
@@ -21,6 +21,8 @@ struct PreparedMesh {
   std::array<float, 3> box_min{};          // padded: spec/vcd-format.md, "Box"
   std::array<float, 3> box_max{};
   std::array<uint8_t, 16> geometry_hash{};  // spec/vcd-format.md, "Geometry hash"
+  std::array<double, 3> shift{};            // of the source, likewise
+  LeftOut left_out = {};                    // of the source
   uint64_t duplicate_triangles = 0;         // dropped: same three corners as another one
   uint64_t zero_area_triangles = 0;         // dropped: equal or collinear corners
 };
@@ -33,4 +35,4 @@ Result<PreparedMesh> prepare(SourceMesh&& source);
 // The positions in grid units, where the padded box is [0, 256]^3: the frame in which cells are classified.
 std::vector<Position> positions_in_grid(const PreparedMesh& mesh);
 
-}  // namespace vcd
+}  // namespace vcd::baker

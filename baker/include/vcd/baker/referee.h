@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Floats are dyadic rationals, so segment and triangles are exact data, and "some point of the segment is a point of a
 // triangle" has one answer; this gives it. Triangles are closed, segments are open (spec/conventions.md, 1 to 4 and
@@ -46,4 +46,4 @@ class Referee {
   std::vector<Triangle> triangles_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -8,7 +8,7 @@
 #include <vcd/baker/cell.h>
 #include <vcd/baker/tracer.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Safe from any thread. The verdict on a cell depends on cell, seed and mesh only.
 class SampledClassifier {
@@ -31,4 +31,4 @@ class SampledClassifier {
   std::array<std::array<uint8_t, 4>, 256> stratum_{};  // of each sample, in the order in which they are traced
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Calls `run` where TBB uses at most so many threads; 0: all that there are.
 template <class Run>
@@ -17,4 +17,4 @@ auto with_threads(unsigned threads, Run&& run) {
   return tbb::task_arena(static_cast<int>(threads)).execute(run);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

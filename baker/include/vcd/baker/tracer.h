@@ -12,7 +12,7 @@
 #include <vcd/format/error.h>
 #include <vcd/format/segment.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class TraceMode {
   robust,  // no ray slips between two triangles that share an edge, and whether a ray hits depends on ray and triangles
@@ -51,4 +51,4 @@ class Tracer {
   uint32_t packet_width_ = 8;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

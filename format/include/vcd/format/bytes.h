@@ -9,10 +9,13 @@ namespace vcd {
 
 using Bytes = std::span<const std::byte>;
 
-// How much of a file is read before it is trusted.
+// How closely a file is looked at before it is used. Each level includes those before it; all of them make queries
+// memory-safe on any bytes.
 enum class CheckLevel : uint8_t {
-  bounds,  // header, tables, and every index: queries are memory-safe; the bricks' bytes are not read
-  full,    // and every checksum, padding byte, class and count: what vc-verify reports
+  bounds,     // header, tables and every index. Damage to the cells themselves is not noticed.
+  checksums,  // and every checksum: the bytes are those that were written. For renderers.
+  canonical,  // and everything else that vcd-format.md demands of the bytes: padding, classes, counts of cells and
+              // nodes, no block twice or unused. For writers and validators: costs some ten times as much as checksums.
 };
 
 }  // namespace vcd

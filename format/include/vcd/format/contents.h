@@ -2,12 +2,13 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include <vcd/format/aligned_bytes.h>
 #include <vcd/format/bytes.h>
 #include <vcd/format/findings.h>
 #include <vcd/format/layout.h>
@@ -15,22 +16,12 @@
 
 namespace vcd {
 
-struct AlignedBytes {  // 64-byte aligned heap memory
-  struct Free {
-    void operator()(std::byte* p) const;
-  };
-  std::unique_ptr<std::byte[], Free> data;
-  size_t size = 0;
-};
-
-AlignedBytes allocate_aligned(uint64_t size);  // without data where memory is short
-
 struct ObjectContents {
   const ObjectRecord* record = nullptr;
   std::string_view name;
-  TreeView tree;
-  Bytes geometry;  // Draco bytes, empty where none are embedded
-  Bytes margins() const { return {reinterpret_cast<const std::byte*>(tree.margins), tree.margins ? kMarginBytes : 0}; }
+  TreeView tree{};       // of Method::none: one that is not in the file, and in which every cell is unclassified
+  Bytes geometry = {};   // Draco bytes, empty where none are embedded
+  Bytes clearance = {};  // kClearanceBytes bytes, or empty; tree.clearances points to them
 };
 
 // Everything points into the file's bytes, which the caller keeps alive and unchanged, or into `inflated`.
@@ -40,7 +31,6 @@ struct SidecarContents {
   std::vector<ObjectContents> objects;
   std::vector<std::pair<std::string_view, std::string_view>> provenance;  // sorted by key
   std::vector<AlignedBytes> inflated;
-  std::vector<ObjectRecord> upgraded;  // of a file of version 1: its records, with zeros for what came later
 };
 
 // Reads a whole sidecar.
@@ -50,15 +40,17 @@ struct SidecarContents {
 // Returns the contents when no error was found; what was found, warnings too, is appended to `findings` in the order of
 // the bytes. At most one finding of a kind is reported per section or object.
 //
-// file      the bytes of the whole file, 8-byte aligned; raw trees are used in place when they are 64-byte aligned
-//           (a page-aligned map always is) and copied otherwise
+// file      the bytes of the whole file; they must be 8-byte aligned; raw trees are used in place when they are 64-byte
+//           aligned (a page-aligned map always is) and copied otherwise
+// level     how closely to look
+// findings  is appended to
 std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::vector<Finding>& findings);
 
 // "TREE"; bytes that are no letters as \xNN.
 std::string section_type_name(uint32_t type);
 
-// The logical bytes of one section (decompressed if need be) after read_sidecar has accepted the file.
-// Empty when out of memory.
+// The logical bytes of one section, decompressed if need be. read_sidecar must have accepted the file that the entry is
+// of. Empty when out of memory.
 AlignedBytes section_bytes(Bytes file, const SectionEntry& section);
 
 }  // namespace vcd

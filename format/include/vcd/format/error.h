@@ -3,6 +3,7 @@
 // no exception leaves format or runtime.
 #pragma once
 
+#include <cassert>
 #include <string>
 #include <utility>
 #include <variant>
@@ -25,7 +26,8 @@ struct Error {
   std::string message;
 };
 
-// Either a value or an Error. Test it before use; taking the wrong side is a programming error .
+// Either a value or an Error. Test it before use; taking the wrong side is a programming error
+// (an assertion fails).
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -35,15 +37,15 @@ class [[nodiscard]] Result {
   bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  T& value() { return *std::get_if<0>(&state_); }
-  const T& value() const { return *std::get_if<0>(&state_); }
+  T& value() { return assert(ok()), *std::get_if<0>(&state_); }
+  const T& value() const { return assert(ok()), *std::get_if<0>(&state_); }
   T& operator*() { return value(); }
   const T& operator*() const { return value(); }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
 
-  Error& error() { return *std::get_if<1>(&state_); }
-  const Error& error() const { return *std::get_if<1>(&state_); }
+  Error& error() { return assert(!ok()), *std::get_if<1>(&state_); }
+  const Error& error() const { return assert(!ok()), *std::get_if<1>(&state_); }
 
  private:
   std::variant<T, Error> state_;

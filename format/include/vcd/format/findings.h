@@ -42,6 +42,7 @@ enum class Severity : uint8_t { warning, error };
     "Section table")                                                                                                  \
   X(logical_checksum, "logical-checksum", error, "a section's logical bytes do not match their checksum",             \
     "Section table")                                                                                                  \
+  X(zstd_frame, "zstd-frame", error, "a section's stored bytes are not exactly one zstd frame", "Section table")      \
   X(decompression, "decompression", error, "a section's zstd frame cannot be decompressed", "Section table")          \
   X(object_name, "object-name", error, "an object's name leaves the NAME section or is not UTF-8", "OBJT section")    \
   X(object_depth, "object-depth", error, "an object's depth is not 1 to 8", "OBJT section")                           \
@@ -49,6 +50,7 @@ enum class Severity : uint8_t { warning, error };
   X(object_audit, "object-audit", error, "an object's audit contradicts itself or its method", "OBJT section")        \
   X(object_box, "object-box", error, "an object's box is empty, not finite, or too small or large to use",            \
     "OBJT section")                                                                                                   \
+  X(object_shift, "object-shift", error, "an object's shift is not finite", "OBJT section")                           \
   X(object_section, "object-section", error, "an object names a section that is not its own", "OBJT section")         \
   X(object_counts, "object-counts", error, "an object's counts do not fit its depth or its TREE section",             \
     "OBJT section")                                                                                                   \

@@ -6,6 +6,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace vcd {
 
@@ -14,8 +15,9 @@ static_assert(std::endian::native == std::endian::little,
 
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
-inline constexpr uint16_t kVersionMajor = 2;  // written; files of version 1 are read too
-inline constexpr uint16_t kVersionMinor = 1;
+inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
+inline constexpr uint16_t kVersionMajor = 2;  // the only one that is read: those before were drafts
+inline constexpr uint16_t kVersionMinor = 2;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;
@@ -27,7 +29,9 @@ struct FileHeader {
   uint8_t reserved[24];         // zero
   uint64_t header_xxh3;         // XXH3-64 of the 56 bytes above
 };
-static_assert(sizeof(FileHeader) == 64 && offsetof(FileHeader, file_size) == 16 &&
+static_assert(sizeof(FileHeader) == 64 && offsetof(FileHeader, version_major) == 8 &&
+              offsetof(FileHeader, section_count) == 12 && offsetof(FileHeader, file_size) == 16 &&
+              offsetof(FileHeader, section_table_xxh3) == 24 && offsetof(FileHeader, reserved) == 32 &&
               offsetof(FileHeader, header_xxh3) == 56);
 
 constexpr uint32_t section_type(const char (&name)[5]) {
@@ -39,23 +43,23 @@ constexpr uint32_t section_type(const char (&name)[5]) {
 inline constexpr uint32_t kSectionObjects = section_type("OBJT");     // critical, one: ObjectRecord[]
 inline constexpr uint32_t kSectionNames = section_type("NAME");       // critical, one: UTF-8 bytes of the object names
 inline constexpr uint32_t kSectionProvenance = section_type("PROV");  // optional, at most one: sorted key/value pairs
-inline constexpr uint32_t kSectionTree = section_type("TREE");        // critical, one an object
-inline constexpr uint32_t kSectionGeometry = section_type("GEOM");    // optional, at most one an object: Draco bytes
-inline constexpr uint32_t kSectionMargins = section_type("MARG");     // optional, at most one an object
+inline constexpr uint32_t kSectionTree = section_type("TREE");  // critical, one an object, but none for Method::none
+inline constexpr uint32_t kSectionGeometry = section_type("GEOM");   // optional, at most one an object: Draco bytes
+inline constexpr uint32_t kSectionClearance = section_type("CLEA");  // optional, at most one an object: bytes
 
 constexpr bool is_known_section(uint32_t type) {
   return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
-         type == kSectionGeometry || type == kSectionMargins;
+         type == kSectionGeometry || type == kSectionClearance;
 }
 
-// Each face of the box is divided into 16 × 16 squares, each of a byte: for how many grid units, in each of the three
-// coordinates, nothing of the mesh is near any point of the square. Face by face; row-major, the face's first axis
-// first.
-inline constexpr uint32_t kMarginSquares = 16;
-inline constexpr size_t kMarginBytes = 6 * kMarginSquares * kMarginSquares;
+// A CLEA section divides each face of the box into 16 × 16 squares and gives each square a byte, its clearance: nothing
+// of the mesh is within so many grid units, in all three coordinates, of any point of the square. Face by face;
+// row-major, the face's first axis first.
+inline constexpr uint32_t kClearanceSquares = 16;
+inline constexpr size_t kClearanceBytes = 6 * kClearanceSquares * kClearanceSquares;
 
 inline constexpr uint32_t kSectionCritical = 1;  // SectionEntry::flags: a reader that does not know the type must stop
-inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::geometry_section
+inline constexpr uint32_t kNone = 0xFFFFFFFF;    // SectionEntry::object, ObjectRecord::{tree,geometry}_section
 
 enum class Storage : uint32_t { raw = 0, zstd = 1 };
 
@@ -72,7 +76,11 @@ struct SectionEntry {
   uint32_t alignment;     // 8 or 4096
   uint32_t reserved;      // zero
 };
-static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, logical_xxh3) == 48);
+static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, object) == 8 &&
+              offsetof(SectionEntry, storage) == 12 && offsetof(SectionEntry, offset) == 16 &&
+              offsetof(SectionEntry, stored_size) == 24 && offsetof(SectionEntry, logical_size) == 32 &&
+              offsetof(SectionEntry, stored_xxh3) == 40 && offsetof(SectionEntry, logical_xxh3) == 48 &&
+              offsetof(SectionEntry, alignment) == 56 && offsetof(SectionEntry, reserved) == 60);
 
 inline constexpr uint32_t kSmallAlignment = 8;
 inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which are mapped and used in place
@@ -83,11 +91,15 @@ constexpr uint64_t largest_logical_size(uint64_t stored_size) { return (uint64_t
 constexpr uint64_t largest_logical_total(uint64_t file_size) { return (uint64_t{64} << 20) + 256 * file_size; }
 
 enum class Method : uint8_t {
-  none = 0,     // a sidecar would not pay: every segment is unclassified
+  none = 0,     // a sidecar would not pay: every segment is unclassified, and no tree is stored
   sampled = 1,  // clear and blocked where all sample lines were; both may be wrong
   proven = 2,   // clear and blocked are proofs
   hybrid = 3,   // as proven, and a class of its own for cells whose sample lines were all blocked
 };
+
+// ObjectRecord::flags. The other bits are zero.
+inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are not in the object: see the provenance
+inline constexpr uint16_t kKnownObjectFlags = kPartsLeftOut;
 
 struct ObjectRecord {
   uint32_t name_offset;   // into the NAME section
@@ -95,15 +107,15 @@ struct ObjectRecord {
   uint32_t source_index;  // of the mesh in its source file
   uint8_t depth;          // 1 … 8
   uint8_t method;         // Method
-  uint8_t reserved0[2];   // zero
+  uint16_t flags;         // kPartsLeftOut
   float box_min[3];       // the padded box, object frame
   float box_max[3];
   std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first
   uint64_t triangle_count;                // of the welded mesh
   uint64_t vertex_count;
   uint64_t cells[3];          // clear, blocked, unclassified cells of the deepest stored level
-  uint32_t tree_section;      // index into the section table
-  uint32_t geometry_section;  // likewise, or kNone
+  uint32_t tree_section;      // index into the section table; kNone for Method::none
+  uint32_t geometry_section;  // likewise; kNone where no geometry is embedded
   uint64_t block256_count;    // pools of the TREE section
   uint64_t block16_count;
   uint64_t brick_count;
@@ -117,11 +129,16 @@ struct ObjectRecord {
   uint64_t audit_wrong[2];     // of them answered wrongly; proven: none
   float audit_bound_95;        // one-sided 95 % bound of the rate of wrong undirected lines; 0: not audited
   float guard_band;            // of the proofs, grid units; else 0
-  uint8_t reserved1[24];       // zero
+  double shift[3];  // subtracted from the source's coordinates: x of the object + shift[0] is x of the source
 };
-static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, box_min) == 16 &&
-              offsetof(ObjectRecord, geometry_hash) == 40 && offsetof(ObjectRecord, cells) == 72 &&
-              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, method_parameters) == 152 &&
-              offsetof(ObjectRecord, statistical_cells) == 184 && offsetof(ObjectRecord, guard_band) == 228);
+static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, source_index) == 8 &&
+              offsetof(ObjectRecord, depth) == 12 && offsetof(ObjectRecord, flags) == 14 &&
+              offsetof(ObjectRecord, box_min) == 16 && offsetof(ObjectRecord, geometry_hash) == 40 &&
+              offsetof(ObjectRecord, triangle_count) == 56 && offsetof(ObjectRecord, cells) == 72 &&
+              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, block256_count) == 104 &&
+              offsetof(ObjectRecord, nodes_unfolded) == 128 && offsetof(ObjectRecord, method_parameters) == 152 &&
+              offsetof(ObjectRecord, statistical_cells) == 184 && offsetof(ObjectRecord, audit_lines) == 192 &&
+              offsetof(ObjectRecord, audit_bound_95) == 224 && offsetof(ObjectRecord, guard_band) == 228 &&
+              offsetof(ObjectRecord, shift) == 232);
 
 }  // namespace vcd

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <vcd/format/answer.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/line_cell.h>
 #include <vcd/format/segment.h>
@@ -40,9 +41,6 @@ constexpr TreeShape tree_shape(uint32_t depth) {
   return {levels, top, levels >= 7, levels == 6 || levels == 8};
 }
 
-// Cells hold one of so many classes: those of Visibility, and statistically blocked.
-inline constexpr uint32_t kClasses = 4;
-
 // Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
 inline constexpr uint32_t kUniformBlocks = 3;
 
@@ -57,14 +55,17 @@ struct TreeView {
   uint64_t block256_count = 0;
   uint64_t block16_count = 0;
   uint64_t brick_count = 0;
-  bool has_clear = true;             // false: the object record counts no clear cell, so looking for one is skipped
-  bool has_blocked = true;           // likewise, of the classes that count as blocked
-  const uint8_t* margins = nullptr;  // kMarginBytes bytes, 4-byte aligned; null: none are known
-  uint32_t blocked_answers = kProvenAnswers;  // or kAllAnswers: statistically blocked cells are blocked
-
-  // Two bits a class: XORed to "unclassified" they give "blocked".
-  static constexpr uint32_t kProvenAnswers = 0b00'00'11'00u, kAllAnswers = 0b11'00'11'00u;
+  const uint8_t* clearances = nullptr;  // kClearanceBytes bytes, 4-byte aligned; null: none are known
+  AnswerTable answers = answer_table(Trust::proofs);
 };
+
+// The classes that an object's record counts cells of.
+inline ClassSet classes_in(const ObjectRecord& record) {
+  ClassSet present = record.statistical_cells != 0 ? just(CellClass::statistically_blocked) : 0;
+  for (uint32_t c = 0; c < 3; ++c)
+    if (record.cells[c] != 0) present |= just(static_cast<CellClass>(c));
+  return present;
+}
 
 // Row-major index of the `bits` bits above bit `low` of each of s, t, u, v.
 inline uint32_t row_major(uint32_t s, uint32_t t, uint32_t u, uint32_t v, uint32_t low, uint32_t bits) {
@@ -80,12 +81,14 @@ inline uint32_t top_slot(TreeShape shape, const LineCell& line) {
   return line.pair << (4 * bits) | row_major(line.s, line.t, line.u, line.v, 8 - bits, bits);
 }
 
-// The two bits of a cell in a brick: cell i stands in byte i / 4 at bit 2 * (i % 4).
-inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[cell >> 2] >> (2 * (cell & 3)) & 3u; }
+// Cell i stands in byte i / 4 at bit 2 * (i % 4).
+inline CellClass brick_cell(const uint8_t* brick, uint32_t cell) {
+  return static_cast<CellClass>(brick[cell >> 2] >> (2 * (cell & 3)) & 3u);
+}
 
-// The two bits of the cell that is reached from one top slot and the line's s, t, u, v.
-[[gnu::always_inline]] inline uint32_t bits_from_slot(const TreeView& tree, TreeShape shape, uint32_t slot,
-                                                      const LineCell& line) {
+// The class of the cell that is reached from one top slot and the line's s, t, u, v.
+[[gnu::always_inline]] inline CellClass class_from_slot(const TreeView& tree, TreeShape shape, uint32_t slot,
+                                                        const LineCell& line) {
   uint32_t index = tree.top[slot];
   uint32_t low = 8 - shape.top_levels;  // bits of each coordinate that are left
   if (shape.has_blocks256) {
@@ -99,41 +102,27 @@ inline uint32_t brick_cell(const uint8_t* brick, uint32_t cell) { return brick[c
   const uint8_t* brick = tree.bricks + size_t{index} * kBrickBytes;
   return brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
 }
-
-// Where a line that meets the box enters and leaves it: which of the squares of `margins`.
-inline uint32_t margin_square(uint32_t face, uint32_t first, uint32_t second) {
-  return face * kMarginSquares * kMarginSquares + (first >> 4) * kMarginSquares + (second >> 4);
+inline CellClass class_of(const TreeView& tree, const LineCell& line) {
+  return class_from_slot(tree, tree.shape, top_slot(tree.shape, line), line);
 }
 
-// Whether a segment leaves out no more of its line's way through the box than its ends' margins, in which there is
-// nothing. Never an empty segment, even where a file says of margins that they overlap, as no mesh lets them.
-inline bool covers(const uint8_t* margins, const LineCell& line, float t_min, float t_max) {
-  const auto [low, high] = kFacePair[line.pair];
-  const float at_low = static_cast<float>(margins[margin_square(low, line.s, line.t)]) * (1 / kGrid);
-  const float at_high = static_cast<float>(margins[margin_square(high, line.u, line.v)]) * (1 / kGrid);
-  const float way = line.t_exit - line.t_entry;
-  return (t_min < t_max) & (t_min - line.t_entry <= (line.swapped ? at_high : at_low) * way) &
-         (line.t_exit - t_max <= (line.swapped ? at_low : at_high) * way);
+// The answer to a segment of this line that stands so to the box. The tree is not read where its cells do not matter.
+// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away. The branch is for
+// what is rare; everything that varies from segment to segment is arithmetic.
+[[gnu::always_inline]] inline Visibility look_up(const TreeView& tree, TreeShape shape, Place place,
+                                                 const LineCell& line) {
+  const uint32_t row = tree.answers.row(place);
+  if (row == AnswerTable::kAllUnclassified) return Visibility::unclassified;
+  const uint32_t slot = top_slot(shape, line), spare = shape.top_words(), outside = place == Place::outside;
+  return AnswerTable::of_row(row, class_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line));
 }
 
-// What one segment's line and the tree say together: spec/vcd-format.md, "The answer". No allocation, no exception.
-// shape is tree.shape; pass it as a constant and everything that depends on the depth folds away. The branches are
-// for what is rare; everything that varies from ray to ray is arithmetic.
+// What a segment in the object's own frame is answered. No allocation, no exception. shape: as above.
 [[gnu::always_inline]] inline Visibility classify(const GridFrame& frame, const TreeView& tree, TreeShape shape,
                                                   const Segment& segment) {
   const LineCell line = locate(frame, segment);
-  const uint32_t outside = !line.hits | (segment.t_min >= line.t_exit) | (segment.t_max <= line.t_entry);
-  uint32_t pierces = (segment.t_min <= line.t_entry) & (segment.t_max >= line.t_exit);
-  if (!line.valid) return Visibility::unclassified;
-  if (tree.margins && !(outside | pierces)) pierces = covers(tree.margins, line, segment.t_min, segment.t_max);
-  const uint32_t answerable = outside | tree.has_clear | (pierces & tree.has_blocked);
-  if (!answerable) return Visibility::unclassified;
-  const uint32_t slot = top_slot(shape, line), spare = shape.top_words();
-  const uint32_t bits = bits_from_slot(tree, shape, slot ^ ((slot ^ spare) & (0u - outside)), line);
-  // Four answers of two bits, by the cell's bits: clear, blocked (only if the segment pierces), unclassified, and
-  // blocked or unclassified.
-  const uint32_t answers = 0b10'10'10'00u ^ (pierces * tree.blocked_answers);
-  return static_cast<Visibility>(answers >> (2 * bits) & 3u);
+  const Place place = place_of(line, segment.t_min, segment.t_max);
+  return look_up(tree, shape, widened(place, tree.clearances, line, segment.t_min, segment.t_max), line);
 }
 
 }  // namespace vcd

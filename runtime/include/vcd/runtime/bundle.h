@@ -1,7 +1,7 @@
 // Segments from one point to the samples of one light.
 //
 // A bundle is decided as a whole where it can be: if all cells of the tree that its lines pass through agree, no line
-// is looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/design.md,
+// is looked up by itself (beams: Billen and Dutré 2016 give the line space; the argument is in spec/proofs.md,
 // "Bundles"). What is decided so is what single look-ups would say, or more where these say nothing: within rounding of
 // a cell's border, and of segments too short or too long to be looked up, which are clear where all that are decided
 // with them miss the box. Segments that are not finite are unclassified, as alone, and nothing to their neighbours.

@@ -188,14 +188,14 @@ size_t occluded_packet(Object object, const int* valid, RTCScene scene, Rays* ra
   return count;
 }
 
-// Traces what a Scene leaves open: objects[i] holds the triangles of instance i's object, in the object's frame. No
-// instances of Embree's are needed.
+// Traces what a Scene leaves unclassified: objects[i] holds the triangles of instance i's object, in the object's
+// frame. No instances of Embree's are needed.
 struct EmbreeInstances {
   std::span<const RTCScene> objects;
   EmbreeQuery query = {};
 
-  void operator()(const OpenSegments& open) const {
-    vcd::occluded(objects[open.instance], query, open.segments, open.blocked);
+  void operator()(const UnclassifiedSegments& left) const {
+    vcd::occluded(objects[left.instance], query, left.segments, left.blocked);
   }
 };
 

@@ -20,7 +20,7 @@ namespace vcd {
 enum class From : uint8_t {
   outside,  // of the object's box
   inside,   // the box, but not on the object
-  own,      // on the object itself
+  self,     // on the object itself
 };
 
 class LookUpPolicy {
@@ -33,8 +33,8 @@ class LookUpPolicy {
 
   // Segments from the object itself are not looked up unless told otherwise: their line meets the object where it
   // begins, so that no cell of it is clear, and it does not pierce the box.
-  explicit LookUpPolicy(Use outside = Use::measured, Use inside = Use::measured, Use own = Use::never)
-      : kinds_{Kind{outside}, Kind{inside}, Kind{own}} {}
+  explicit LookUpPolicy(Use outside = Use::measured, Use inside = Use::measured, Use self = Use::never)
+      : kinds_{Kind{outside}, Kind{inside}, Kind{self}} {}
 
   void fix(From from, Use use) { kind(from) = Kind{use}; }
 

@@ -39,7 +39,7 @@ struct SceneInstance {
 };
 
 // What a segment could still meet.
-struct OpenPair {
+struct UnclassifiedPair {
   uint32_t segment;  // index in the query's array
   uint32_t instance;
   float length;  // of the segment's line inside the instance's box, in 256ths of the box
@@ -54,26 +54,26 @@ struct SceneQuery {
 inline constexpr uint32_t kNoInstance = 0xFFFFFFFF;
 
 // Segments of an array or a bundle that could meet one instance: for the caller's own hierarchy over its object.
-struct OpenSegments {
+struct UnclassifiedSegments {
   uint32_t instance;
   SegmentArrays segments;   // in the object's frame, t as in the world; at most 256, readable up to a multiple of 16
   const uint32_t* indices;  // of the same segments in the query
   uint8_t* blocked;         // 0 for each of them: to become 1 where the instance blocks it
 };
 
-// A reference to the caller's function from OpenSegments to nothing, which must outlive the query.
-class TraceOpen {
+// A reference to the caller's function from UnclassifiedSegments to nothing, which must outlive the query.
+class TraceUnclassified {
  public:
   template <class Trace>
-  requires(!std::is_same_v<std::remove_cvref_t<Trace>, TraceOpen>) TraceOpen(Trace&& trace)
-      : context_(std::addressof(trace)), call_([](const void* context, const OpenSegments& open) {
-          (*static_cast<std::remove_reference_t<Trace>*>(const_cast<void*>(context)))(open);
+  requires(!std::is_same_v<std::remove_cvref_t<Trace>, TraceUnclassified>) TraceUnclassified(Trace&& trace)
+      : context_(std::addressof(trace)), call_([](const void* context, const UnclassifiedSegments& left) {
+          (*static_cast<std::remove_reference_t<Trace>*>(const_cast<void*>(context)))(left);
         }) {}
-  void operator()(const OpenSegments& open) const { call_(context_, open); }
+  void operator()(const UnclassifiedSegments& left) const { call_(context_, left); }
 
  private:
   const void* context_;
-  void (*call_)(const void*, const OpenSegments&);
+  void (*call_)(const void*, const UnclassifiedSegments&);
 };
 
 class Scene {
@@ -94,60 +94,60 @@ class Scene {
   std::optional<Error> set_transforms(std::span<const Transform> to_world);
 
   // blocked: by some instance. clear: no instance meets the segment. Everything else is unclassified. What instances
-  // promise holds in the world: see spec/design.md, "Scenes".
+  // promise holds in the world: see spec/proofs.md, "Scenes".
   Visibility classify(const Segment& segment, const SceneQuery& query = {}) const noexcept;
   void classify(std::span<const Segment> segments, std::span<Visibility> answers,
                 const SceneQuery& query = {}) const noexcept;
 
   // The same, and for unclassified segments the instances that could meet them, by segment and then the longest first.
-  struct Open {
-    size_t count;   // of `open`, from its beginning
+  struct Listed {
+    size_t count;   // of `list`, from its beginning
     bool complete;  // false: there was no room for all of them, or a segment is not finite and could meet any
   };
-  Open classify(std::span<const Segment> segments, std::span<Visibility> answers, std::span<OpenPair> open,
-                const SceneQuery& query = {}) const noexcept;
+  Listed classify(std::span<const Segment> segments, std::span<Visibility> answers, std::span<UnclassifiedPair> list,
+                  const SceneQuery& query = {}) const noexcept;
 
   // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one
   // does.
   template <class Fallback>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
-    const uint32_t own = query.origins.empty() ? kNoInstance : query.origins[0];
-    if (own != kNoInstance && (mask(own) & query.mask) != 0 && fallback(own)) return true;
-    std::array<OpenPair, kMostOpen> open;
+    const uint32_t self = query.origins.empty() ? kNoInstance : query.origins[0];
+    if (self != kNoInstance && (mask(self) & query.mask) != 0 && fallback(self)) return true;
+    std::array<UnclassifiedPair, kMostListed> list;
     Visibility answer;
-    const auto [count, complete] = classify(std::span(&segment, 1), std::span(&answer, 1), open, query);
+    const auto [count, complete] = classify(std::span(&segment, 1), std::span(&answer, 1), list, query);
     if (answer != Visibility::unclassified) return answer == Visibility::blocked;
     for (size_t i = 0; i < count; ++i)
-      if (open[i].instance != own && fallback(open[i].instance)) return true;
+      if (list[i].instance != self && fallback(list[i].instance)) return true;
     if (complete) return false;
     for (uint32_t i = 0; i < size(); ++i)
-      if (i != own && (mask(i) & query.mask) != 0 && fallback(i)) return true;
+      if (i != self && (mask(i) & query.mask) != 0 && fallback(i)) return true;
     return false;
   }
 
-  // Which segments are blocked, a bit for each: blocked[i / 64] >> i % 64 & 1. trace(const OpenSegments&) is asked for
-  // instances that segments could meet and that no other is known to block, for many segments at once, those first that
-  // most segments could meet.
-  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceOpen trace,
+  // Which segments are blocked, a bit for each: blocked[i / 64] >> i % 64 & 1. trace(const UnclassifiedSegments&) is
+  // asked for instances that segments could meet and that no other is known to block, for many segments at once, those
+  // first that most segments could meet.
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
   // The bundle is in the world's frame. See <vcd/runtime/bundle.h>: promises hold for every segment to a point within
   // 2^-15 of the extents of an instance's box of the sample, in that box's frame.
-  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
-  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceOpen trace,
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
 
-  // The look-ups alone: segments that are neither blocked nor open are clear.
-  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+  // The look-ups alone: segments that are neither blocked nor unclassified are clear.
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                 const SceneQuery& query = {}) const noexcept;
-  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open,
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                 const SceneQuery& query = {}) const noexcept;
 
   // A segment in the frame of an instance's object; t stays as it is.
   Segment in_object(uint32_t instance, const Segment& segment) const noexcept;
 
  private:
-  static constexpr size_t kMostOpen = 64;
+  static constexpr size_t kMostListed = 64;
   explicit Scene(std::unique_ptr<State> state);
   uint32_t mask(uint32_t instance) const noexcept;
   std::unique_ptr<State> state_;

@@ -45,10 +45,11 @@ class Object {
   void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
 
   // The same for segments from one point to samples of one light: see <vcd/runtime/bundle.h>. Bit i % 64 of word i / 64
-  // of `blocked` says that sample i is blocked, of `open` that it is unclassified; neither: clear. Both need (size() +
+  // of `blocked` says that sample i is blocked, of `unclassified` that it is that; neither: clear. Both need (size() +
   // 63) / 64 words; bits past the last sample become 0.
-  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
-  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> open) const noexcept;
+  void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified) const noexcept;
+  void classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
+                std::span<uint64_t> unclassified) const noexcept;
 
   // Whether the segment is blocked, with `fallback() -> bool` asked for unclassified segments only.
   template <class Fallback>
@@ -79,9 +80,9 @@ enum class Load {
 
 struct OpenOptions {
   Load load = Load::map;
-  // full reads the whole file once and verifies every checksum. bounds verifies the tables and every index, so that
-  // queries are memory-safe on any bytes, but would not notice damage to the cells themselves.
-  CheckLevel check = CheckLevel::full;
+  // checksums reads the whole file once. bounds reads the tables and indices only: queries are memory-safe on any bytes,
+  // but damage to the cells themselves is not noticed. See <vcd/format/bytes.h>.
+  CheckLevel check = CheckLevel::checksums;
   // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects
   // that were baked by sampling. Costs nothing in a query.
   bool proven_only = false;

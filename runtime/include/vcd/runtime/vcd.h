@@ -111,10 +111,12 @@ typedef struct vcd_sphere_bundle {
   size_t count;
 } vcd_sphere_bundle;
 
-/* Bit i % 64 of blocked[i / 64] says that sample i is blocked, of open[i / 64] that it is unclassified; neither: clear.
+/* Bit i % 64 of blocked[i / 64] says that sample i is blocked, of unclassified[i / 64] that it is that; neither: clear.
  * Both have room for (count + 63) / 64 words. */
-void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* open);
-void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* open);
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked,
+                       uint64_t* unclassified);
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked,
+                         uint64_t* unclassified);
 
 /* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number
  * of threads at once, vcd_scene_set_transforms not beside them. */
@@ -136,14 +138,14 @@ void vcd_scene_free(vcd_scene* scene); /* NULL is fine */
 vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd_error* error);
 
 /* Segments of an array or a bundle that could meet one instance. */
-typedef struct vcd_open_segments {
+typedef struct vcd_unclassified_segments {
   uint32_t instance;
   /* In the object's frame, t as in the world; at most 256, readable up to a multiple of 16. */
   vcd_segment_arrays segments;
   const uint32_t* indices; /* of the same segments in the query */
   uint8_t* blocked;        /* 0 for each of them: to become 1 where the instance blocks it */
-} vcd_open_segments;
-typedef void (*vcd_trace_open)(void* context, const vcd_open_segments* open);
+} vcd_unclassified_segments;
+typedef void (*vcd_trace_unclassified)(void* context, const vcd_unclassified_segments* left);
 
 #define VCD_NO_INSTANCE 0xFFFFFFFFu
 
@@ -156,13 +158,13 @@ typedef struct vcd_scene_query {
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
 
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
- * is asked for what look-ups leave open. query: NULL for all instances and no origins. */
+ * is asked for what look-ups leave unclassified. query: NULL for all instances and no origins. */
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
-                        vcd_trace_open trace, void* context, uint64_t* blocked);
+                        vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
-                             vcd_trace_open trace, void* context, uint64_t* blocked);
+                             vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
-                               vcd_trace_open trace, void* context, uint64_t* blocked);
+                               vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 
 #ifdef __cplusplus
 }

@@ -16,7 +16,7 @@ struct BakeContext {
   bool reuse = false;           // take objects that did not change from the sidecar in place
   IngestLimits ingest;          // of the parser's own child process
   std::function<void(const std::string&)> on_stage = [](const std::string&) {};  // "reading", "baking", …
-  std::function<void(const BakeProgress&)> on_progress = [](const BakeProgress&) {};
+  std::function<void(const baker::BakeProgress&)> on_progress = [](const baker::BakeProgress&) {};
 };
 
 struct BakedAsset {
@@ -29,8 +29,8 @@ struct BakedAsset {
   std::vector<std::filesystem::path> sources;
 };
 
-// Errors name the input: those of ingest_isolated, prepare, bake and write_sidecar; difference (an audit found a wrong
-// proof); io (a source file changed meanwhile). Then nothing is written.
+// Errors name the input: those of ingest_isolated, prepare, bake and write_sidecar; io (a source file changed
+// meanwhile). Then nothing is written.
 Result<BakedAsset> bake_asset(const Asset& asset, const BakeContext& context);
 
 }  // namespace vcd::library

@@ -9,7 +9,7 @@
 #include <vcd/baker/prepare.h>
 #include <vcd/format/contents.h>
 #include <vcd/format/file_bytes.h>
-#include <vcd/format/writer.h>
+#include <vcd/writer/writer.h>
 
 #include <vcd/library/settings.h>
 
@@ -38,16 +38,17 @@ class ObjectCache {
  public:
   explicit ObjectCache(std::filesystem::path folder) : folder_(std::move(folder)) {}  // empty: no cache
 
-  std::optional<CachedObject> find(const PreparedMesh& mesh, const BakeSettings& settings) const;
+  std::optional<CachedObject> find(const baker::PreparedMesh& mesh, const BakeSettings& settings) const;
   // Errors: io. Not being kept is no reason to fail a bake.
-  std::optional<Error> keep(const PreparedMesh& mesh, const BakeSettings& settings, const ObjectToWrite& object) const;
+  std::optional<Error> keep(const baker::PreparedMesh& mesh, const BakeSettings& settings,
+                            const ObjectToWrite& object) const;
 
  private:
   std::filesystem::path folder_;
 };
 
 // The object of that geometry in a sidecar that this baker made with the same settings; nothing otherwise.
-std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const PreparedMesh& mesh,
+std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const baker::PreparedMesh& mesh,
                                             const BakeSettings& settings);
 
 }  // namespace vcd::library

@@ -15,8 +15,10 @@ namespace vcd::library {
 
 std::string baker_text();  // program, version, kBakeRevision
 
-// `sources`: the files that were read, the mesh file first.
-std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources);
+// sources   the files that were read, the mesh file first
+// left_out  for each object that lacks parts of its source a line "SOURCE_INDEX not-opaque=N deforming=N"
+std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources,
+                                                 const std::string& left_out = {});
 
 std::string_view provenance_value(const SidecarContents& sidecar, std::string_view key);  // empty where there is none
 

@@ -1,6 +1,7 @@
 // What one asset is baked with: the settings that decide about the bytes of its sidecar, each described once.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -25,11 +26,14 @@ struct BakeSettings {
   Storage storage = Storage::raw;
   bool embed_geometry = false;
   bool all_as_opaque = false;
+  std::array<double, 3> shift = {};  // subtracted from all coordinates
+  bool allow_rounding = false;
+  bool allow_outside_files = false;
 
   bool operator==(const BakeSettings&) const = default;
 
-  BakeOptions bake_options() const;  // threads, progress and stop are the caller's
-  IngestOptions ingest_options() const { return {.treat_all_as_opaque = all_as_opaque}; }
+  baker::BakeOptions bake_options() const;  // threads, progress and stop are the caller's
+  IngestOptions ingest_options() const;
 };
 
 // What a setting decides: the content of each object; which triangles the asset's objects have, too; how the file
@@ -38,13 +42,14 @@ enum class Scope : uint8_t { object, asset, file };
 
 // One setting: an option of the programs, a member of a manifest, a member of the sidecar's provenance.
 struct Setting {
-  enum class Form : uint8_t { flag, number, word };  // as JSON: true or false, a number, a text
+  enum class Form : uint8_t { flag, number, word, point };  // as JSON: true or false, a number, a text, a text "x,y,z"
   struct Word {
     std::string_view text;
     uint64_t value;
   };
   using Member = std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*,
-                              double BakeSettings::*, Method BakeSettings::*, Storage BakeSettings::*>;
+                              double BakeSettings::*, Method BakeSettings::*, Storage BakeSettings::*,
+                              std::array<double, 3> BakeSettings::*>;
 
   std::string_view name;  // "budget-mb": --budget-mb, "budget-mb": …
   char letter;            // of the option; 0: none
@@ -54,7 +59,7 @@ struct Setting {
   std::string_view help;
   std::span<const Word> words = {};  // what it takes; empty: a number from `least` to `most`
   double least = 0, most = 0;
-  bool zero_is_none = false;  // then it is not written
+  bool zero_is_none = false;  // then zero, or false, is not written
 };
 std::span<const Setting> settings_table();
 

@@ -54,12 +54,12 @@ class Worker {
   uint64_t peak_memory_bytes() const { return child_.peak_memory_bytes(); }  // after its end
 
  private:
-  Worker(const Asset& asset, ChildProcess child, Descriptor messages);
+  Worker(const Asset& asset, baker::ChildProcess child, baker::Descriptor messages);
   void take(const std::string& line);
 
   std::filesystem::path input_;
-  ChildProcess child_;
-  Descriptor messages_;
+  baker::ChildProcess child_;
+  baker::Descriptor messages_;
   std::string unread_;
   std::string stage_ = "starting";
   double fraction_ = 0, rays_ = 0, bake_seconds_ = 0;

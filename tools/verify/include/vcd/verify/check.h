@@ -8,6 +8,7 @@
 #include <string>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/ingest.h>
 #include <vcd/baker/prepare.h>
 
 #include <vcd/verify/library.h>
@@ -18,8 +19,9 @@ namespace vcd::verify {
 struct CheckOptions {
   std::string against;             // a mesh file; or
   Library* library = nullptr;      // a library; or neither: embedded geometry is all there is
+  IngestOptions ingest;            // of what no sidecar says: files_outside
   std::optional<Segment> segment;  // asked and traced instead of an audit
-  AuditOptions audit;
+  baker::AuditOptions audit;
   double max_wrong = -1;  // share of wrong answers that is accepted; negative: by method
   // Asked often, from many threads; true ends the check as not verified.
   std::function<bool()> stop = [] { return false; };
@@ -35,7 +37,7 @@ Outcome check_sidecar(const library::FoundFile& file, const CheckOptions& option
 // sidecar:  the bytes of a sidecar file, aligned to 64 bytes, as Sidecar::open_buffer takes them
 // meshes:   each object needs one with its geometry hash, else it is stale; prepare() makes them
 // name:     of the sidecar, in the outcome
-Outcome check_bytes(Bytes sidecar, std::span<const PreparedMesh> meshes, const CheckOptions& options,
+Outcome check_bytes(Bytes sidecar, std::span<const baker::PreparedMesh> meshes, const CheckOptions& options,
                     const std::filesystem::path& name = "sidecar");
 
 }  // namespace vcd::verify

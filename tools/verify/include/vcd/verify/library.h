@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include <vcd/baker/ingest.h>
+
 #include <vcd/library/find.h>
 #include <vcd/verify/outcome.h>
 
@@ -41,9 +43,10 @@ class Library {
 
   // Ingests every asset in a child process, one a thread; no more meshes are in memory at once than an asset has for
   // each thread.
-  Library(std::vector<library::FoundFile> files, Stop stop);
+  Library(std::vector<library::FoundFile> files, IngestOptions ingest, Stop stop);
 
   const std::vector<Asset>& assets() const { return assets_; }
+  IngestOptions options(Parts parts) const;
 
   // Assets with a mesh of this geometry, in their order. The first question for all_parts ingests all of them anew. Any
   // thread.
@@ -57,6 +60,7 @@ class Library {
   void read(Parts parts);
 
   std::vector<Asset> assets_;
+  IngestOptions ingest_;
   Stop stop_;
   std::map<std::filesystem::path, std::vector<size_t>> by_place_, by_path_below_, by_name_;
   std::map<GeometryHash, std::vector<size_t>> by_geometry_[2];

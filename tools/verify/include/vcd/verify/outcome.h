@@ -32,7 +32,7 @@ struct Issue {
 struct ObjectCheck {
   std::string name;   // in the file
   std::string place;  // for a person: its number and name
-  std::optional<AuditReport> audit;
+  std::optional<baker::AuditReport> audit;
   uint64_t contradictions_seen = 0;  // the audit lists the first of them
   double wrong_rate_at_least = 0, allowed_wrong_rate = 0;
   struct Replay {

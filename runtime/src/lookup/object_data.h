@@ -1,0 +1,25 @@
+// What queries of one object need.
+#pragma once
+
+#include <string_view>
+
+#include <vcd/format/layout.h>
+#include <vcd/format/segment.h>
+#include <vcd/format/tree.h>
+
+#include "lookup/kernels.h"
+
+namespace vcd {
+
+struct ObjectData {
+  GridFrame frame;
+  TreeView tree;
+  Visibility (*classify_one)(const GridFrame&, const TreeView&, const Segment&) noexcept;
+  const Kernels* kernels;  // null: every segment is unclassified, whatever the tree says
+  const ObjectRecord* record;
+  std::string_view name;
+
+  LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
+};
+
+}  // namespace vcd

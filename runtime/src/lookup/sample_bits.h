@@ -1,0 +1,92 @@
+// A bit for each segment of a chunk: SampleBits{} has none set. Bundles and arrays are answered a chunk at a time, and
+// within it a run at a time.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include <vcd/format/segment.h>
+
+namespace vcd {
+
+inline constexpr size_t kRun = 16, kChunk = 256, kRuns = kChunk / kRun;
+
+inline constexpr size_t words_for(size_t segments) { return (segments + 63) / 64; }
+
+class SampleBits {
+ public:
+  static SampleBits first(size_t count) {
+    SampleBits bits{};
+    for (size_t w = 0; w < kWords && 64 * w < count; ++w)
+      bits.words_[w] = ~uint64_t{0} >> (64 - std::min<size_t>(64, count - 64 * w));
+    return bits;
+  }
+  static SampleBits just(size_t i) {
+    SampleBits bits{};
+    bits.set(i);
+    return bits;
+  }
+
+  void set(size_t i, bool value = true) { words_[i / 64] |= uint64_t{value} << (i % 64); }
+  // The bits of one run, lowest first.
+  void add_run(size_t r, uint64_t bits) { words_[r * kRun / 64] |= bits << (r * kRun % 64); }
+  uint64_t run(size_t r) const { return words_[r * kRun / 64] >> (r * kRun % 64) & 0xFFFF; }
+  // Bit r: whether run r has a bit.
+  uint32_t runs() const {
+    uint32_t some = 0;
+    for (size_t r = 0; r < kRuns; ++r) some |= uint32_t{run(r) != 0} << r;
+    return some;
+  }
+
+  bool any() const {
+    return std::any_of(words_.begin(), words_.end(), [](uint64_t w) { return w != 0; });
+  }
+  int count() const {
+    int sum = 0;
+    for (uint64_t w : words_) sum += std::popcount(w);
+    return sum;
+  }
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    for (size_t w = 0; w < kWords; ++w)
+      for (uint64_t left = words_[w]; left; left &= left - 1)
+        visit(64 * w + static_cast<size_t>(std::countr_zero(left)));
+  }
+
+  SampleBits& operator|=(const SampleBits& other) {
+    for (size_t w = 0; w < kWords; ++w) words_[w] |= other.words_[w];
+    return *this;
+  }
+  SampleBits& operator&=(const SampleBits& other) {
+    for (size_t w = 0; w < kWords; ++w) words_[w] &= other.words_[w];
+    return *this;
+  }
+  SampleBits without(const SampleBits& other) const {
+    SampleBits bits = *this;
+    for (size_t w = 0; w < kWords; ++w) bits.words_[w] &= ~other.words_[w];
+    return bits;
+  }
+
+  // The first `count` bits, count <= kChunk, as whole words.
+  void store(size_t count, uint64_t* into) const { std::copy_n(words_.begin(), words_for(count), into); }
+
+ private:
+  static constexpr size_t kWords = kChunk / 64;
+  std::array<uint64_t, kWords> words_;
+};
+
+// The answers to a chunk; clear where neither bit is set.
+struct SampleAnswers {
+  SampleBits blocked{}, unclassified{};
+
+  void set(size_t i, Visibility answer) {
+    blocked.set(i, answer == Visibility::blocked);
+    unclassified.set(i, answer == Visibility::unclassified);
+  }
+};
+
+}  // namespace vcd

@@ -1,0 +1,49 @@
+// From the world to an instance's grid and on to its object's frame.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include <vcd/format/line_cell.h>
+#include <vcd/format/segment.h>
+
+namespace vcd {
+
+// An instance's transform from the world to its object's grid: grid = Σ column[a] · (world − centre)[a] + offset, in
+// the first three of four.
+struct alignas(16) ToGrid {
+  float centre[4];     // the fourth is 0
+  float column[3][4];  // the fourth is the sum of the others' absolute values: rounding grows with it
+  float offset[4];     // the fourth is 0
+};
+inline Segment in_grid(const ToGrid& grid, const Segment& world) {
+  float o[3];
+  for (int a = 0; a < 3; ++a) o[a] = world.origin[a] - grid.centre[a];
+  const float* d = world.direction;
+  Segment segment{{}, world.t_min, {}, world.t_max};
+  for (int i = 0; i < 3; ++i) {
+    const auto& c = grid.column;
+    segment.origin[i] = (c[0][i] * o[0] + c[1][i] * o[1]) + (c[2][i] * o[2] + grid.offset[i]);
+    segment.direction[i] = (c[0][i] * d[0] + c[1][i] * d[1]) + c[2][i] * d[2];
+  }
+  return segment;
+}
+
+// From an object's grid to its frame: grid · unit + min.
+struct ToFrame {
+  float unit[3], min[3];
+};
+inline Segment in_frame(const ToFrame& frame, Segment grid) {
+  for (int a = 0; a < 3; ++a) {
+    grid.origin[a] = grid.origin[a] * frame.unit[a] + frame.min[a];
+    grid.direction[a] *= frame.unit[a];
+  }
+  return grid;
+}
+
+// Beyond this reach a transform's rounding could leave the guard band: unclassified. See spec/proofs.md, "Scenes".
+inline constexpr float kFarthestReach = 0x1p16f;
+
+inline constexpr GridFrame kGridItself = {{0, 0, 0, 0}, {1, 1, 1, 0}};
+
+}  // namespace vcd

@@ -1,0 +1,71 @@
+// The hierarchy over the instances' boxes: nodes of eight boxes, and which of them a segment or a beam could meet.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+
+namespace vcd {
+
+// Empty places have boxes that nothing meets.
+struct SceneNode {
+  alignas(32) float low[3][8], high[3][8];
+  uint32_t child[8];  // a node, or an instance with kLeaf set
+};
+inline constexpr uint32_t kLeaf = 0x80000000;
+inline constexpr size_t kDeepest = 96;  // nodes that can wait: 7 a level, and levels are log8 of 2^31 at the most
+
+// A segment as the hierarchy is asked with it.
+struct SceneRay {
+  float origin[3], inverse[3], t_min, t_max;
+};
+inline constexpr float kBoxSlack = 0x1p-20f;  // of t: covers the rounding of a box test several times
+
+// Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t
+// · high].
+struct SceneBeam {
+  float origin_low[3], origin_high[3];
+  float inverse_low[3], inverse_high[3];  // of the directions' bounds
+  float t_max;                            // from t = 0
+};
+
+inline float inverse_of(float direction) { return 1 / std::copysign(std::max(std::abs(direction), 1e-37f), direction); }
+
+// Whether a box is entered, within rounding, before it is left.
+inline bool meets(float near, float far) {
+  return near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack;
+}
+
+// A bit for each box that the segment could meet.
+inline uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
+  uint32_t met = 0;
+  for (int i = 0; i < 8; ++i) {
+    float near = ray.t_min, far = ray.t_max;
+    for (int a = 0; a < 3; ++a) {
+      const bool turned = ray.inverse[a] < 0;
+      near = std::max(near, ((turned ? node.high : node.low)[a][i] - ray.origin[a]) * ray.inverse[a]);
+      far = std::min(far, ((turned ? node.low : node.high)[a][i] - ray.origin[a]) * ray.inverse[a]);
+    }
+    met |= uint32_t{meets(near, far)} << i;
+  }
+  return met;
+}
+
+// A bit for each box that the beam could meet.
+inline uint32_t boxes_in_beam(const SceneNode& node, const SceneBeam& beam) noexcept {
+  uint32_t met = 0;
+  for (int i = 0; i < 8; ++i) {
+    float near = 0, far = beam.t_max;
+    for (int a = 0; a < 3; ++a) {
+      const float low = (node.high[a][i] - beam.origin_low[a]) * beam.inverse_low[a];
+      const float high = (node.low[a][i] - beam.origin_high[a]) * beam.inverse_high[a];
+      (beam.inverse_low[a] < 0 ? near : far) = beam.inverse_low[a] < 0 ? std::max(near, low) : std::min(far, low);
+      (beam.inverse_high[a] > 0 ? near : far) = beam.inverse_high[a] > 0 ? std::max(near, high) : std::min(far, high);
+    }
+    met |= uint32_t{meets(near, far)} << i;
+  }
+  return met;
+}
+
+}  // namespace vcd

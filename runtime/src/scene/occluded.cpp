@@ -1,0 +1,265 @@
+// Arrays and bundles through a scene, a chunk at a time: whole beams through the hierarchy, runs of sixteen through the
+// trees, and what stays unclassified by instance to the caller. See spec/proofs.md, "Scenes".
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "beam/beam.h"
+#include "lookup/segment_columns.h"
+#include "scene/beams.h"
+#include "scene/bits_by_instance.h"
+#include "scene/scene_state.h"
+#include "scene/walk.h"
+
+namespace vcd {
+namespace {
+
+// What is asked, the same for all chunks.
+struct Asked {
+  const Scene::State& scene;
+  const SceneQuery& query;
+  bool one_origin;                 // all segments begin on the query's first instance
+  const TraceUnclassified* trace;  // null: look up only
+
+  uint32_t self(size_t segment) const {
+    const size_t at = one_origin ? 0 : segment;
+    return at < query.origins.size() ? query.origins[at] : kNoInstance;
+  }
+  bool sees(uint32_t instance) const { return scene.data.masks[instance] & query.mask; }
+};
+
+// A chunk of segments on its way.
+struct Chunk {
+  size_t first, count;  // of the query's segments
+  SampleBits all, blocked{};
+  SampleBits unclassified{};       // where nothing is traced
+  BitsByInstance<64> left;         // where something is: what waits to be traced
+  BitsByInstance<kChunk> self;     // the segments that begin on an instance
+  SegmentColumns<kChunk> columns;  // in the world
+
+  Chunk(size_t first_, size_t count_) : first(first_), count(count_), all(SampleBits::first(count_)) {}
+  SampleBits live() const { return all.without(blocked); }
+};
+
+void fill(SegmentColumns<kChunk>& columns, const QuadBundle& b, const BundleChunk& chunk) {
+  const size_t count = chunk.runs() * kRun;
+  for (int a = 0; a < 3; ++a) {
+    const float corner = b.corner[a] - b.origin[a];
+    for (size_t i = 0; i < count; ++i)
+      columns.direction[a][i] = (corner + chunk.u[i] * b.edge_u[a]) + chunk.v[i] * b.edge_v[a];
+  }
+  columns.set_origin(b.origin, count);
+}
+void fill(SegmentColumns<kChunk>& columns, const SphereBundle& b, const BundleChunk& chunk) {
+  const float* const ends[3] = {b.x.data() + chunk.first, b.y.data() + chunk.first, b.z.data() + chunk.first};
+  for (int a = 0; a < 3; ++a)
+    for (size_t i = 0; i < chunk.count; ++i) columns.direction[a][i] = ends[a][i] - b.origin[a];
+  columns.set_origin(b.origin, chunk.count);
+  columns.pad(chunk.count);
+}
+
+// The caller's own hierarchy is asked of one instance.
+void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  if (!bits.any()) return;
+  const SceneData& data = asked.scene.data;
+  SegmentColumns<kChunk> columns;
+  uint32_t indices[kChunk];
+  size_t count = 0;
+  bits.for_each([&](size_t i) {
+    columns.set(count, segment_at(chunk.columns.view(i, 1), 0));
+    indices[count++] = static_cast<uint32_t>(chunk.first + i);
+  });
+  asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], columns.view(0, columns.pad(count)),
+                                 {columns.origin[0], columns.origin[1], columns.origin[2]},
+                                 {columns.direction[0], columns.direction[1], columns.direction[2]});
+  uint8_t blocked[kChunk] = {};
+  (*asked.trace)({instance, columns.view(0, count), indices, blocked});
+  for (size_t k = 0; k < count; ++k) chunk.blocked.set(indices[k] - chunk.first, blocked[k] != 0);
+}
+
+// All that waits.
+void trace_left(const Asked& asked, Chunk& chunk) {
+  if (!asked.trace) chunk.unclassified = chunk.unclassified.without(chunk.blocked);
+  chunk.left.take(
+      [&](uint32_t instance, const SampleBits& bits) { trace(asked, chunk, instance, bits.without(chunk.blocked)); });
+}
+
+// Nothing is known of these segments and the instance.
+void leave(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& of) {
+  const SampleBits bits = of.without(chunk.blocked);
+  if (!bits.any() || !asked.sees(instance)) return;
+  if (!asked.trace) {
+    chunk.unclassified |= bits;
+  } else if (!chunk.left.add(instance, bits)) {
+    trace_left(asked, chunk);
+    chunk.left.add(instance, bits.without(chunk.blocked));
+  }
+}
+
+// visit(instance) for those that the beam could meet, until all is blocked.
+template <class Visit>
+void walk_beam(const Asked& asked, const Chunk& chunk, const SceneBeam& beam, const Visit& visit) {
+  walk(
+      asked.scene.data, asked.query.mask,
+      [&](const SceneNode& node) { return asked.scene.kernels->boxes_in_beam(node, beam); },
+      [&] { return !chunk.live().any(); }, visit);
+}
+
+// Runs in which something is not blocked yet, looked up in one instance.
+void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t first_run, size_t runs) {
+  SampleAnswers answers;
+  const SampleBits now = chunk.live();
+  const LookUp& object = asked.scene.data.objects[instance];
+  for (size_t r = first_run; r < first_run + runs;) {
+    if (now.run(r) == 0) {
+      ++r;
+      continue;
+    }
+    size_t end = r + 1;
+    while (end < first_run + runs && now.run(end) != 0) ++end;
+    const size_t begin = r * kRun, count = (end - r) * kRun;
+    Visibility found[kChunk];
+    if (object.tree)
+      object.kernels->placed(asked.scene.data.to_grid[instance], *object.tree, chunk.columns.view(begin, count), found);
+    else std::fill_n(found, count, Visibility::unclassified);
+    for (size_t i = 0; i < count; ++i) answers.set(begin + i, found[i]);
+    r = end;
+  }
+  const SampleBits asked_now = now.without(chunk.self.of(instance));  // the others were asked before
+  answers.blocked &= asked_now, answers.unclassified &= asked_now;
+  chunk.blocked |= answers.blocked;
+  leave(asked, chunk, instance, answers.unclassified);
+}
+
+// Runs as one beam through the hierarchy; false if they have too little in common.
+bool run_together(const Asked& asked, Chunk& chunk, size_t first_run, size_t runs) {
+  const auto beam = beam_of(chunk.columns, first_run * kRun, runs * kRun);
+  if (!beam) return false;
+  walk_beam(asked, chunk, *beam, [&](uint32_t instance) { look_up_runs(asked, chunk, instance, first_run, runs); });
+  return true;
+}
+
+// A run's segments one by one through the hierarchy.
+void run_alone(const Asked& asked, Chunk& chunk, std::span<const Segment> segments, size_t r) {
+  const size_t first = r * kRun, count = std::min(kRun, chunk.count - first);
+  std::array<UnclassifiedPair, 1024> pairs;
+  std::array<Visibility, kRun> answers;
+  std::array<uint32_t, kRun> self;
+  answers.fill(Visibility::clear);
+  for (size_t k = 0; k < count; ++k) self[k] = asked.self(chunk.first + first + k);
+  UnclassifiedList list{pairs};
+  const SceneQuery query{asked.query.mask, std::span(self).first(count)};
+  asked.scene.kernels->scene_segments(asked.scene.data, segments.subspan(first, count), query, {answers.data(), &list});
+  SampleAnswers found;
+  for (size_t k = 0; k < count; ++k) found.set(first + k, answers[k]);
+  chunk.blocked |= found.blocked;
+  if (!list.complete) {
+    for (uint32_t i = 0; i < asked.scene.instances.size(); ++i) leave(asked, chunk, i, found.unclassified);
+    return;
+  }
+  for (size_t k = 0; k < list.count; ++k)
+    if (const UnclassifiedPair& p = pairs[k]; p.instance != self[p.segment])
+      leave(asked, chunk, p.instance, SampleBits::just(first + p.segment));
+}
+
+// Which segments begin on which instance.
+void find_self(const Asked& asked, Chunk& chunk) {
+  for (size_t i = 0; i < chunk.count && !asked.query.origins.empty();) {
+    const uint32_t instance = asked.self(chunk.first + i);
+    SampleBits bits{};
+    for (; i < chunk.count && asked.self(chunk.first + i) == instance; ++i) bits.set(i);
+    if (instance != kNoInstance) chunk.self.add(instance, bits);
+  }
+}
+
+// At most kChunk segments.
+void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
+  for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
+  const size_t runs = chunk.columns.pad(chunk.count) / kRun;
+  find_self(asked, chunk);
+  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
+  trace_left(asked, chunk);
+  if (!run_together(asked, chunk, 0, runs))
+    for (size_t r = 0; r < runs; ++r)
+      if (chunk.live().run(r) != 0 && (runs == 1 || !run_together(asked, chunk, r, 1)))
+        run_alone(asked, chunk, segments, r);
+  trace_left(asked, chunk);
+}
+
+// The frame is usable, the samples placed, measured and finite.
+template <class Bundle>
+void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFrame& frame,
+            const BundleChunk& samples) {
+  fill(chunk.columns, bundle, samples);
+  const uint32_t self = asked.self(0);
+  if (self != kNoInstance) leave(asked, chunk, self, chunk.all), trace_left(asked, chunk);
+  const SceneData& data = asked.scene.data;
+  const float* const directions[3] = {chunk.columns.direction[0], chunk.columns.direction[1],
+                                      chunk.columns.direction[2]};
+  walk_beam(asked, chunk, beam_of(frame, samples), [&](uint32_t instance) {
+    if (instance == self) return;
+    const LookUp& object = data.objects[instance];
+    const ToGrid& grid = data.to_grid[instance];
+    SampleAnswers answers{{}, chunk.live()};
+    if (object.tree && near_enough(grid, frame, samples)) {
+      answers.unclassified = {};
+      asked.scene.kernels->scene_bundle(object, {grid, frame, samples, chunk.live().runs(), directions}, answers);
+    }
+    chunk.blocked |= answers.blocked;
+    leave(asked, chunk, instance, answers.unclassified);
+  });
+  trace_left(asked, chunk);
+}
+
+template <class Bundle>
+void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> blocked,
+                std::span<uint64_t> unclassified) {
+  const BeamFrame frame = beam_frame(bundle);
+  BundleChunk samples;
+  for (samples.first = 0; samples.first < bundle.size(); samples.first += kChunk) {
+    samples.count = std::min(kChunk, bundle.size() - samples.first);
+    place(bundle, frame, samples);
+    asked.scene.kernels->measure(samples);
+    Chunk chunk(samples.first, samples.count);
+    if (frame.usable && is_finite(frame, samples)) {
+      answer(asked, chunk, bundle, frame, samples);
+    } else {
+      std::array<Segment, kChunk> segments;
+      for (size_t i = 0; i < samples.count; ++i) segments[i] = segment_of(bundle, samples.first + i);
+      answer(asked, chunk, std::span<const Segment>(segments).first(samples.count));
+    }
+    chunk.blocked.store(chunk.count, blocked.data() + chunk.first / 64);
+    if (!asked.trace) chunk.unclassified.store(chunk.count, unclassified.data() + chunk.first / 64);
+  }
+}
+
+}  // namespace
+
+void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  const Asked asked{*state_, query, false, &trace};
+  for (size_t first = 0; first < segments.size(); first += kChunk) {
+    Chunk chunk(first, std::min(kChunk, segments.size() - first));
+    answer(asked, chunk, segments.subspan(first, chunk.count));
+    chunk.blocked.store(chunk.count, blocked.data() + first / 64);
+  }
+}
+
+void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  run_bundle({*state_, query, true, &trace}, bundle, blocked, {});
+}
+void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  run_bundle({*state_, query, true, &trace}, bundle, blocked, {});
+}
+void Scene::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
+                     const SceneQuery& query) const noexcept {
+  run_bundle({*state_, query, true, nullptr}, bundle, blocked, unclassified);
+}
+void Scene::classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
+                     const SceneQuery& query) const noexcept {
+  run_bundle({*state_, query, true, nullptr}, bundle, blocked, unclassified);
+}
+
+}  // namespace vcd

@@ -1,0 +1,116 @@
+#include <vcd/runtime/scene.h>
+
+#include <algorithm>
+#include <new>
+#include <string>
+
+#include "lookup/object_data.h"
+#include "scene/build_hierarchy.h"
+#include "scene/pairs.h"
+#include "scene/scene_state.h"
+
+namespace vcd {
+
+std::optional<Error> Scene::State::set(std::span<const Transform> to_world) {
+  std::vector<Placed> placed;
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const auto one = place(instances[i], to_world[i]);
+    if (!one)
+      return Error{ErrorCode::usage, "instance " + std::to_string(i) +
+                                         ": its box is empty, or its transform is not finite or cannot be inverted"};
+    placed.push_back(*one);
+  }
+  data.nodes = build_hierarchy(placed);
+  data.to_grid.clear();
+  for (size_t i = 0; i < placed.size(); ++i) {
+    data.to_grid.push_back(placed[i].to_grid);
+    instances[i].to_world = to_world[i];
+  }
+  return std::nullopt;
+}
+
+SceneInstance SceneInstance::of(Object object, const Transform& to_world) {
+  SceneInstance instance{object, {}, {}, to_world};
+  std::copy_n(object.record().box_min, 3, instance.box_min);
+  std::copy_n(object.record().box_max, 3, instance.box_max);
+  return instance;
+}
+
+Scene::Scene(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+Scene::~Scene() = default;
+size_t Scene::size() const noexcept { return state_->instances.size(); }
+uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+
+Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::string& kernel) try {
+  auto state = std::make_unique<State>();
+  state->kernels = kernels_named(kernel);
+  if (!state->kernels)
+    return Error{ErrorCode::usage, "kernel \"" + kernel + "\": this processor has none of that name"};
+  state->instances.assign(instances.begin(), instances.end());
+  std::vector<Transform> transforms;
+  for (SceneInstance& instance : state->instances) {
+    if (!instance.object) pad_box(instance);
+    const TreeView* tree = instance.object && instance.object->answers() ? &instance.object->data_->tree : nullptr;
+    const TreeKernels* at_depth =
+        tree ? &kernels_for(*tree, *state->kernels).at_depth[instance.object->record().depth - 1u] : nullptr;
+    state->data.objects.push_back({tree, at_depth});
+    state->data.masks.push_back(instance.mask);
+    transforms.push_back(instance.to_world);
+    ToFrame& frame = state->data.to_frame.emplace_back();
+    for (int a = 0; a < 3; ++a) {
+      frame.unit[a] = (instance.box_max[a] - instance.box_min[a]) / kGrid;
+      frame.min[a] = instance.box_min[a];
+    }
+  }
+  if (auto error = state->set(transforms)) return *error;
+  return Scene(std::move(state));
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::runtime, "scene: out of memory"};
+}
+
+std::optional<Error> Scene::set_transforms(std::span<const Transform> to_world) try {
+  if (to_world.size() != size())
+    return Error{ErrorCode::usage, "scene: " + std::to_string(to_world.size()) + " transforms for " +
+                                       std::to_string(size()) + " instances"};
+  return state_->set(to_world);
+} catch (const std::bad_alloc&) {
+  return Error{ErrorCode::runtime, "scene: out of memory"};
+}
+
+Visibility Scene::classify(const Segment& segment, const SceneQuery& query) const noexcept {
+  Visibility answer;
+  classify(std::span(&segment, 1), std::span(&answer, 1), query);
+  return answer;
+}
+
+void Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,
+                     const SceneQuery& query) const noexcept {
+  std::fill_n(answers.begin(), segments.size(), Visibility::clear);
+  state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), nullptr});
+}
+
+Segment Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
+  return in_frame(state_->data.to_frame[instance], in_grid(state_->data.to_grid[instance], segment));
+}
+
+Scene::Listed Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,
+                              std::span<UnclassifiedPair> list, const SceneQuery& query) const noexcept {
+  std::fill_n(answers.begin(), segments.size(), Visibility::clear);
+  UnclassifiedList found{list};
+  state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), &found});
+  // Some of them were blocked by a later instance.
+  const auto kept = list.first(found.count);
+  const auto end = std::remove_if(kept.begin(), kept.end(), [&](const UnclassifiedPair& p) {
+    return answers[p.segment] == Visibility::blocked;
+  });
+  std::sort(kept.begin(), end, [](const UnclassifiedPair& a, const UnclassifiedPair& b) {
+    return a.segment != b.segment ? a.segment < b.segment
+           : a.length != b.length ? a.length > b.length
+                                  : a.instance < b.instance;
+  });
+  return {static_cast<size_t>(end - kept.begin()), found.complete};
+}
+
+}  // namespace vcd

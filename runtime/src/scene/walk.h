@@ -1,0 +1,57 @@
+// The one way through the hierarchy over the instances.
+#pragma once
+
+#include <bit>
+#include <cmath>
+#include <span>
+
+#include "scene/pairs.h"
+#include "scene/scene_data.h"
+
+namespace vcd {
+
+// visit(instance) for the instances with a bit of `mask` whose boxes are met, until done(). boxes_met(node) gives a bit
+// for each of a node's eight boxes.
+template <class BoxesMet, class Done, class Visit>
+void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, const Done& done, const Visit& visit) {
+  uint32_t waiting[kDeepest];
+  size_t count = 0;
+  if (!scene.nodes.empty()) waiting[count++] = 0;
+  while (count > 0 && !done()) {
+    const SceneNode& node = scene.nodes[waiting[--count]];
+    for (uint32_t met = boxes_met(node); met; met &= met - 1) {
+      const uint32_t child = node.child[std::countr_zero(met)], instance = child & ~kLeaf;
+      if (!(child & kLeaf)) waiting[count++] = child;
+      else if (scene.masks[instance] & mask) visit(instance);
+    }
+  }
+}
+
+// Leads segments through the hierarchy one by one. ask(pair) may answer at once or later.
+template <class BoxesMet, class Ask>
+void walk_segments(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
+                   SceneAnswers answers, const BoxesMet& boxes_met, const Ask& ask) {
+  for (uint32_t s = 0; s < segments.size() && !scene.nodes.empty(); ++s) {
+    const Segment& segment = segments[s];
+    SceneRay ray{{}, {}, segment.t_min, segment.t_max};
+    float sum = 0;
+    for (int a = 0; a < 3; ++a) {
+      ray.origin[a] = segment.origin[a];
+      ray.inverse[a] = inverse_of(segment.direction[a]);
+      sum += segment.origin[a] * 0 + segment.direction[a] * 0;
+    }
+    if (!(sum + segment.t_min * 0 == 0) || std::isnan(segment.t_max)) {  // something is not finite
+      answers.give_up(s);
+      continue;
+    }
+    const uint32_t self = s < query.origins.size() ? query.origins[s] : kNoInstance;
+    walk(
+        scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },
+        [&](uint32_t instance) {
+          if (instance == self) answers.take({s, instance}, Visibility::unclassified, kGrid);
+          else ask(ScenePair{s, instance});
+        });
+  }
+}
+
+}  // namespace vcd
