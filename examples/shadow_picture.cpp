@@ -149,7 +149,7 @@ int main(int argc, char** argv) {
   const auto meshes = vcd::ingest_isolated(argv[1]);
   if (!meshes) return fail(meshes.error());
   const vcd::SourceMesh& mesh = meshes->meshes[0];
-  const auto tracer = vcd::Tracer::build(mesh.positions, mesh.triangles, vcd::TraceMode::fast);
+  const auto tracer = vcd::baker::Tracer::build(mesh.positions, mesh.triangles, vcd::baker::TraceMode::fast);
   if (!tracer) return fail(tracer.error());
   const auto sidecar = vcd::Sidecar::open(argv[2]);
   if (!sidecar) return fail(sidecar.error());

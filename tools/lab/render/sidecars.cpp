@@ -50,4 +50,13 @@ Result<WorldBake> bake_world(const World& world, const BakeOptions& options, con
   return sum;
 }
 
+Result<uint64_t> write_world(const World& world, const std::vector<BakedObject>& baked,
+                             const std::filesystem::path& path, const std::function<bool()>& stop) {
+  SidecarToWrite file;
+  for (const BakedObject& object : baked) file.objects.push_back(object.to_write());
+  file.provenance = {{"baker", "vcd " VCD_VERSION}, {"source", world.name}};
+  file.stop = stop;
+  return write_sidecar(path, file);
+}
+
 }  // namespace vcd::render
