@@ -243,9 +243,10 @@ std::optional<Error> set(BakeSettings& settings, std::string_view name, std::str
   const bool is_taken =
       std::visit([&](auto member) { return take(*setting, text, settings.*member); }, setting->member);
   if (is_taken) return std::nullopt;
-  const std::string wanted =
-      setting->form == Form::point ? "three numbers x,y,z"
-      : setting->words.empty() && setting->form == Form::number ? "a number" + range_of(*setting) : values_of(*setting);
+  const bool is_number = setting->words.empty() && setting->form == Form::number;
+  const std::string wanted = is_number                      ? "a number" + range_of(*setting)
+                             : setting->form == Form::point ? "three numbers x,y,z"
+                                                            : values_of(*setting);
   return Error{ErrorCode::usage, std::string(name) + ": " + std::string(text) + " is not " + wanted};
 }
 
