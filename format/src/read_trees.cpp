@@ -96,8 +96,8 @@ bool read_tree(Reading& reading, uint32_t index) {
   tree.block256_count = r.block256_count;
   tree.block16_count = r.block16_count;
   tree.brick_count = r.brick_count;
-  tree.answers = answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs,
-                              classes_in(r));
+  tree.answers =
+      answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs, classes_in(r));
   if (is_stored) {
     const Bytes bytes =
         tree_bytes(reading, reading.contents.sections[r.tree_section], "object " + std::to_string(index));

@@ -201,12 +201,14 @@ void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* seg
       std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
 }
 
-void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked, uint64_t* unclassified) {
+void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked,
+                       uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
 }
 
-void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked, uint64_t* unclassified) {
+void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked,
+                         uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
 }

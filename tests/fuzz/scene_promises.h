@@ -136,7 +136,8 @@ class SceneQueries {
     for (const bool hits : {false, true}) {
       std::vector<uint64_t> blocked((segments_.size() + 63) / 64, ~uint64_t{0});
       scene.occluded(
-          segments_, blocked, [&](const UnclassifiedSegments& open) { trace(scene, open, segments_.size(), hits); }, query_);
+          segments_, blocked, [&](const UnclassifiedSegments& open) { trace(scene, open, segments_.size(), hits); },
+          query_);
       for (size_t i = 0; i < segments_.size(); ++i) {
         const bool bit = blocked[i / 64] >> (i % 64) & 1;
         if (answers[i] == Answer::blocked) require(bit, "what a sidecar blocks is blocked");

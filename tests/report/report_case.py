@@ -18,7 +18,7 @@ try:
 except ImportError:
     page_browser = None
 
-TOOL = pathlib.Path(__file__).resolve().parents[2] / "tools" / "report"
+TOOL = pathlib.Path(__file__).resolve().parents[2] / "tools" / "lab" / "report"
 BROWSER = page_browser is not None and page_browser.available()
 WHY = "needs python3-matplotlib; tools/install_dependencies.sh lab installs it"
 WHY_BROWSER = "needs chromium, chromium-driver, python3-selenium, python3-matplotlib; tools/install_dependencies.sh lab installs them"

@@ -11,7 +11,7 @@ if __name__ == "__main__" and os.path.exists(SYSTEM) and not os.environ.get("VCD
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.dont_write_bytecode = True
-sys.path[:0] = [str(HERE), str(HERE.parents[1] / "tools" / "report")]
+sys.path[:0] = [str(HERE), str(HERE.parents[1] / "tools" / "lab" / "report")]
 import report_case  # noqa: E402
 from dominance_case import Dominance  # noqa: E402, F401
 from files_case import Files  # noqa: E402, F401

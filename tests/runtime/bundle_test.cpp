@@ -286,7 +286,7 @@ TEST(RangeClass, IsThatOfEveryCell) {
   uint64_t given_up = 0;
   for (uint32_t depth = 1; depth <= 8; ++depth) {
     std::vector<Finding> findings;
-    const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / ("v2-hybrid" + std::to_string(depth) + ".vcd"));
+    const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / ("depth" + std::to_string(depth) + ".vcd"));
     const auto contents = read_sidecar(file, CheckLevel::canonical, findings);
     ASSERT_TRUE(contents.has_value());
     TreeView tree = contents->objects[0].tree;

@@ -124,7 +124,7 @@ TEST(Kernels, AreListedFastestFirst) {
   const auto names = kernels();
   ASSERT_GE(names.size(), 2u);
   EXPECT_EQ(names.back(), "scalar");
-  const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / "v2-hybrid2.vcd");
+  const auto file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / "depth2.vcd");
   EXPECT_EQ(Sidecar::open_buffer(file)->kernel(), names.front());
   OpenOptions options;
   options.kernel = "abacus";
@@ -136,7 +136,7 @@ TEST(Kernels, AreListedFastestFirst) {
 
 TEST(Kernels, EqualSingleCallsOnTreesOfEveryDepth) {
   for (uint32_t depth = 1; depth <= 8; ++depth) {
-    const std::string name = "v2-hybrid" + std::to_string(depth) + ".vcd";
+    const std::string name = "depth" + std::to_string(depth) + ".vcd";
     expect_all_kernels_alike(read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name), name);
   }
 }

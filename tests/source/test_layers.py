@@ -21,7 +21,7 @@ LAYERS = {
     "tools/verify": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"},
                      {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),
     "tools/lab/scenes": ({}, {"nlohmann"}),
-    "tools/lab/render": ({"format", "runtime", "baker", "tools/common", "tools/lab/scenes"},
+    "tools/lab/render": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
     "tools/lab/bench": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render"},

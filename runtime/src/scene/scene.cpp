@@ -102,9 +102,8 @@ Scene::Listed Scene::classify(std::span<const Segment> segments, std::span<Visib
   state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), &found});
   // Some of them were blocked by a later instance.
   const auto kept = list.first(found.count);
-  const auto end = std::remove_if(kept.begin(), kept.end(), [&](const UnclassifiedPair& p) {
-    return answers[p.segment] == Visibility::blocked;
-  });
+  const auto end = std::remove_if(kept.begin(), kept.end(),
+                                  [&](const UnclassifiedPair& p) { return answers[p.segment] == Visibility::blocked; });
   std::sort(kept.begin(), end, [](const UnclassifiedPair& a, const UnclassifiedPair& b) {
     return a.segment != b.segment ? a.segment < b.segment
            : a.length != b.length ? a.length > b.length

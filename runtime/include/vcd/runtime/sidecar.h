@@ -80,8 +80,8 @@ enum class Load {
 
 struct OpenOptions {
   Load load = Load::map;
-  // checksums reads the whole file once. bounds reads the tables and indices only: queries are memory-safe on any bytes,
-  // but damage to the cells themselves is not noticed. See <vcd/format/bytes.h>.
+  // checksums reads the whole file once. bounds reads the tables and indices only: queries are memory-safe on any
+  // bytes, but damage to the cells themselves is not noticed. See <vcd/format/bytes.h>.
   CheckLevel check = CheckLevel::checksums;
   // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects
   // that were baked by sampling. Costs nothing in a query.
