@@ -17,9 +17,10 @@ LAYERS = {
               {"boost", "embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
     "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "xxhash.h"}),
     "tools/common": ({"format", "writer", "runtime", "baker"}, {"CLI", "nlohmann"}),
-    "tools/library": ({"format", "writer", "runtime", "baker", "tools/common"}, {"CLI", "nlohmann", "tbb"}),
+    "tools/library": ({"format", "writer", "runtime", "baker", "tools/common"}, {"nlohmann", "tbb"}),
     "tools/verify": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"},
-                     {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),
+                     {"nlohmann", "pugixml.hpp", "tbb"}),
+    "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
     "tools/lab/scenes": ({}, {"nlohmann"}),
     "tools/lab/render": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
@@ -27,10 +28,10 @@ LAYERS = {
     "tools/lab/bench": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render"},
                         {"CLI", "embree3", "nlohmann"}),
     # Programs and what else a program alone needs: everything below them, but nothing of the lab.
-    "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify"},
+    "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify", "tools/bake"},
               {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),
-    "tools/lab": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render",
-                   "tools/lab/bench"}, {"CLI", "embree3", "nlohmann"}),
+    "tools/lab": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/bake",
+                   "tools/lab/scenes", "tools/lab/render", "tools/lab/bench"}, {"CLI", "embree3", "nlohmann"}),
 }
 # Public headers that name no foreign library at all: programs of others include them.
 CLEAN_HEADERS = ("format/include", "writer/include", "runtime/include", "tools/library/include", "tools/verify/include")

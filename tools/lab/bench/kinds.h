@@ -25,8 +25,8 @@ std::array<render::Recording, render::kSegmentKinds> split_by_kind(const render:
 // The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its
 // ways do for such segments; interleaved, nanoseconds a segment, on one thread.
 tools::Json measure_kind(const render::World& world, render::SegmentKind kind, const render::Recording& bundles,
-                  const std::vector<SidecarVariant>& variants, const render::TestCounter& counter, EmbreeQuery truth,
-                  int repetitions);
+                         const std::vector<SidecarVariant>& variants, const render::TestCounter& counter,
+                         EmbreeQuery truth, int repetitions);
 
 // Segments, answers, wrong answers and the 95 % bound of their share.
 tools::Json describe_counts(const render::KindCounts& counts);

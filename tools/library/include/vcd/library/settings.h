@@ -47,9 +47,9 @@ struct Setting {
     std::string_view text;
     uint64_t value;
   };
-  using Member = std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*,
-                              double BakeSettings::*, Method BakeSettings::*, Storage BakeSettings::*,
-                              std::array<double, 3> BakeSettings::*>;
+  using Member =
+      std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*, double BakeSettings::*,
+                   Method BakeSettings::*, Storage BakeSettings::*, std::array<double, 3> BakeSettings::*>;
 
   std::string_view name;  // "budget-mb": --budget-mb, "budget-mb": …
   char letter;            // of the option; 0: none
