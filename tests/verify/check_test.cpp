@@ -10,6 +10,9 @@
 #include "support/meshes.h"
 
 namespace vcd::verify {
+
+using namespace baker;
+
 namespace {
 
 class CheckBytes : public ::testing::Test {
