@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstdint>
 #include <new>
 #include <utility>
@@ -11,6 +12,7 @@
 #include <vcd/format/file_bytes.h>
 #include <vcd/format/tree.h>
 
+#include "beam/beam.h"
 #include "lookup/object_data.h"
 #include "lookup/sample_bits.h"
 
@@ -62,12 +64,14 @@ Visibility Object::classify(const Segment& segment) const noexcept {
 }
 
 void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
+  assert(answers.size() >= segments.size());
   if (!this->answers()) return void(std::fill_n(answers.data(), segments.size(), Visibility::unclassified));
   const LookUp at = data_->look_up();
   at.kernels->segments(data_->frame, *at.tree, segments, answers.data());
 }
 
 void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
+  assert(answers.size() >= segments.count);
   if (!this->answers()) return void(std::fill_n(answers.data(), segments.count, Visibility::unclassified));
   const LookUp at = data_->look_up();
   at.kernels->arrays(data_->frame, *at.tree, segments, answers.data());
@@ -75,12 +79,14 @@ void Object::classify(const SegmentArrays& segments, std::span<Visibility> answe
 
 void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked,
                       std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, blocked) && fits(bundle, unclassified));
   if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
   data_->kernels->quad(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
 }
 
 void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
                       std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, blocked) && fits(bundle, unclassified));
   if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
   data_->kernels->sphere(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
 }
@@ -143,7 +149,10 @@ Result<Sidecar> Sidecar::open_buffer(Bytes bytes, const OpenOptions& options) {
 }
 
 size_t Sidecar::object_count() const noexcept { return state_->objects.size(); }
-Object Sidecar::object(size_t index) const noexcept { return Object(&state_->objects[index]); }
+Object Sidecar::object(size_t index) const noexcept {
+  assert(index < object_count());
+  return Object(&state_->objects[index]);
+}
 
 std::optional<Object> Sidecar::find(std::string_view name) const noexcept {
   for (const ObjectData& object : state_->objects)

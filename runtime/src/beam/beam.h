@@ -27,6 +27,14 @@ struct BeamFrame {
   double reach;  // segments end at most so many times as far away as the parallelogram
 };
 
+// What callers of a bundle's queries must see to: samples of one size, room for the answers.
+inline bool fits(const QuadBundle& b, std::span<const uint64_t> bits) {
+  return b.u.size() == b.v.size() && has_words_for(b.size(), bits);
+}
+inline bool fits(const SphereBundle& b, std::span<const uint64_t> bits) {
+  return b.x.size() == b.y.size() && b.x.size() == b.z.size() && has_words_for(b.size(), bits);
+}
+
 BeamFrame beam_frame(const QuadBundle& bundle);
 BeamFrame beam_frame(const SphereBundle& bundle);  // not usable from in or close to the sphere
 

@@ -17,6 +17,11 @@ inline constexpr size_t kRun = 16, kChunk = 256, kRuns = kChunk / kRun;
 
 inline constexpr size_t words_for(size_t segments) { return (segments + 63) / 64; }
 
+// Whether a span has room for a bit for each of the segments.
+inline bool has_words_for(size_t segments, std::span<const uint64_t> bits) {
+  return bits.size() >= words_for(segments);
+}
+
 class SampleBits {
  public:
   static SampleBits first(size_t count) {

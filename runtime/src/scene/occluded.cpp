@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cassert>
 
 #include "beam/beam.h"
 #include "lookup/segment_columns.h"
@@ -214,6 +215,7 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
 template <class Bundle>
 void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> blocked,
                 std::span<uint64_t> unclassified) {
+  assert(fits(bundle, blocked) && (asked.trace || fits(bundle, unclassified)));
   const BeamFrame frame = beam_frame(bundle);
   BundleChunk samples;
   for (samples.first = 0; samples.first < bundle.size(); samples.first += kChunk) {
@@ -237,6 +239,7 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
 
 void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
                      const SceneQuery& query) const {
+  assert(has_words_for(segments.size(), blocked));
   const Asked asked{*state_, query, false, &trace};
   for (size_t first = 0; first < segments.size(); first += kChunk) {
     Chunk chunk(first, std::min(kChunk, segments.size() - first));

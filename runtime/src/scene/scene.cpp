@@ -1,6 +1,7 @@
 #include <vcd/runtime/scene.h>
 
 #include <algorithm>
+#include <cassert>
 #include <new>
 #include <string>
 
@@ -87,16 +88,19 @@ Visibility Scene::classify(const Segment& segment, const SceneQuery& query) cons
 
 void Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,
                      const SceneQuery& query) const noexcept {
+  assert(answers.size() >= segments.size());
   std::fill_n(answers.begin(), segments.size(), Visibility::clear);
   state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), nullptr});
 }
 
 Segment Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
+  assert(instance < size());
   return in_frame(state_->data.to_frame[instance], in_grid(state_->data.to_grid[instance], segment));
 }
 
 Scene::Listed Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,
                               std::span<UnclassifiedPair> list, const SceneQuery& query) const noexcept {
+  assert(answers.size() >= segments.size());
   std::fill_n(answers.begin(), segments.size(), Visibility::clear);
   UnclassifiedList found{list};
   state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), &found});

@@ -40,7 +40,7 @@ class Object {
   // Any bit pattern is allowed in the segment; what is doubtful is unclassified.
   Visibility classify(const Segment& segment) const noexcept;
 
-  // The same for an array. answers.size() must be at least segments.size(); answers[i] is segments[i]'s.
+  // The same for an array. answers.size() must be at least segments.size() (asserted); answers[i] is segments[i]'s.
   void classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept;
   void classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept;
 
