@@ -30,7 +30,7 @@ inline Answer plain_answer(const ObjectContents& object, const Segment& s, bool 
   if (s.t_min <= line.t_entry && s.t_max >= line.t_exit) return Answer::blocked;
   if (!object.tree.clearances) return Answer::unclassified;
   line.swapped = locate(make_grid_frame(record.box_min, record.box_max), s).swapped;
-  return covers(object.tree.clearances, line, s.t_min, s.t_max) ? Answer::blocked : Answer::unclassified;
+  return within_clearances(object.tree.clearances, line, s.t_min, s.t_max) ? Answer::blocked : Answer::unclassified;
 }
 
 // counts_are_right: the record's counts have been checked. If not, "no clear cell" there may be a lie that leaves a

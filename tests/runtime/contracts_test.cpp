@@ -12,6 +12,7 @@ namespace {
 
 #ifndef NDEBUG
 TEST(ContractsDeathTest, SpansThatAreTooShortAreNoticed) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // bakes leave threads behind
   const baker::BakedObject baked = must_bake(sphere(), quick(3));
   const auto bytes = sidecar_bytes({&baked});
   const auto sidecar = Sidecar::open_buffer(bytes);
