@@ -138,7 +138,7 @@ TEST_F(Field, SurfacesThatLetLightThroughByAnyExtensionAreLeftOut) {
     json glass = builder.document["meshes"][0]["primitives"][0];
     glass["material"] = 0;
     builder.document["meshes"][0]["primitives"].push_back(glass);
-    builder.document["materials"] = {material};
+    builder.document["materials"] = json::array({material});
     const Ingested ingested = read_gltf(builder);
     EXPECT_EQ(ingested.meshes[0].triangles.size(), left_out ? 2u : 4u) << material;
     EXPECT_EQ(ingested.meshes[0].left_out, (LeftOut{left_out ? 1u : 0u, 0})) << material;
