@@ -6,6 +6,8 @@
 
 #include <zstd.h>
 
+#include <vcd/format/checksum.h>
+
 #include "reading.h"
 
 namespace vcd {
@@ -14,12 +16,24 @@ std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::v
   assert(reinterpret_cast<uintptr_t>(file.data()) % 8 == 0);
   const size_t first = findings.size();
   Reading reading{file, level, findings};
-  const bool complete =
-      read_header(reading) && read_section_table(reading) && read_objects(reading) && read_trees(reading);
+  const bool complete = read_header(reading) && read_section_table(reading) && read_objects(reading) &&
+                        read_trees(reading) && read_hierarchies(reading);
   if (complete && reading.checksums()) check_unknown_sections(reading);
   if (complete) read_provenance(reading);
   if (!complete || has_error(std::span(findings).subspan(first))) return std::nullopt;
   return std::move(reading.contents);
+}
+
+Bytes mapped_bytes(Reading& reading, const SectionEntry& e, const std::string& owner) {
+  const Bytes stored = reading.stored(e);
+  if (!is_zstd(e) && reinterpret_cast<uintptr_t>(stored.data()) % kUnitAlignment == 0) return stored;
+  AlignedBytes copy = section_bytes(reading.file, e);
+  const Bytes bytes{copy.data.get(), copy.size};
+  if (copy.size != e.logical_size) return reading.report(FindingId::decompression, e.offset, owner), Bytes{};
+  if (reading.checksums() && is_zstd(e) && checksum(bytes) != e.logical_xxh3)
+    return reading.report(FindingId::logical_checksum, e.offset, owner), Bytes{};
+  reading.contents.inflated.push_back(std::move(copy));
+  return bytes;
 }
 
 std::string section_type_name(uint32_t type) {

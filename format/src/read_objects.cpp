@@ -127,14 +127,27 @@ bool set_clearance(Reading& reading, const SectionEntry& s, uint64_t at) {
   return true;
 }
 
+// The section's content is looked at by read_hierarchies().
+bool set_hierarchy(Reading& reading, uint32_t section, uint64_t at) {
+  const uint32_t object = reading.contents.sections[section].object;
+  reading.hierarchies.resize(reading.contents.objects.size(), kNone);
+  if (reading.hierarchies[object] != kNone)
+    return reading.report(FindingId::section_count, at, "a second HIER of object " + std::to_string(object));
+  reading.hierarchies[object] = section;
+  return true;
+}
+
 // Every section that objects own belongs to one that is there, and, where records name theirs, to the one that names
 // it.
 bool check_owner(Reading& reading, uint32_t section) {
   const SectionEntry& s = reading.contents.sections[section];
   const uint64_t at = reading.entry_offset(section);
-  if (s.type != kSectionTree && s.type != kSectionGeometry && s.type != kSectionClearance) return true;
+  if (s.type != kSectionTree && s.type != kSectionGeometry && s.type != kSectionClearance &&
+      s.type != kSectionHierarchy)
+    return true;
   if (s.object >= reading.contents.objects.size()) return reading.report(FindingId::section_object, at);
   if (s.type == kSectionClearance) return set_clearance(reading, s, at);
+  if (s.type == kSectionHierarchy) return set_hierarchy(reading, section, at);
   const ObjectRecord& r = *reading.contents.objects[s.object].record;
   return (s.type == kSectionTree ? r.tree_section : r.geometry_section) == section ||
          reading.report(FindingId::section_object, at, "its object does not name it");

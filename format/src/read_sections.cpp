@@ -52,6 +52,10 @@ bool check_kind(Reading& reading, const SectionEntry& e, uint64_t at) {
       owned = true, raw_only = false;
       alignment = is_zstd(e) ? kSmallAlignment : kPageAlignment;
       break;
+    case kSectionHierarchy:
+      owned = true, raw_only = false, flags = 0;
+      alignment = is_zstd(e) ? kSmallAlignment : kUnitAlignment;
+      break;
     case kSectionGeometry:
     case kSectionClearance: owned = true, flags = 0; break;
     default:
@@ -72,7 +76,7 @@ bool check_section(Reading& reading, uint32_t index, uint64_t& end, uint64_t& in
   const uint64_t at = reading.entry_offset(index), size = reading.file.size();
   const std::string name = "section " + std::to_string(index) + ", " + section_type_name(e.type);
   bool good = reading.check_reserved(std::span(&e.reserved, 1), at + offsetof(SectionEntry, reserved), "section entry");
-  if (e.alignment != kSmallAlignment && e.alignment != kPageAlignment)
+  if (e.alignment != kSmallAlignment && e.alignment != kUnitAlignment && e.alignment != kPageAlignment)
     return reading.report(FindingId::section_alignment, at, name);
   const uint64_t expected = (end + e.alignment - 1) / e.alignment * e.alignment;
   if (e.offset != expected || e.offset > size || e.stored_size > size - e.offset)

@@ -72,19 +72,6 @@ bool check_canonical(Reading& reading, const TreeView& tree, const ObjectRecord&
          reading.report(FindingId::object_statistics, record_at);
 }
 
-// The TREE section's logical bytes, in place where that is possible. Empty after a finding.
-Bytes tree_bytes(Reading& reading, const SectionEntry& e, const std::string& name) {
-  const Bytes stored = reading.stored(e);
-  if (!is_zstd(e) && reinterpret_cast<uintptr_t>(stored.data()) % 64 == 0) return stored;
-  AlignedBytes copy = section_bytes(reading.file, e);
-  const Bytes bytes{copy.data.get(), copy.size};
-  if (copy.size != e.logical_size) return reading.report(FindingId::decompression, e.offset, name), Bytes{};
-  if (reading.checksums() && is_zstd(e) && checksum(bytes) != e.logical_xxh3)
-    return reading.report(FindingId::logical_checksum, e.offset, name), Bytes{};
-  reading.contents.inflated.push_back(std::move(copy));
-  return bytes;
-}
-
 bool read_tree(Reading& reading, uint32_t index) {
   ObjectContents& object = reading.contents.objects[index];
   const ObjectRecord& r = *object.record;
@@ -100,7 +87,7 @@ bool read_tree(Reading& reading, uint32_t index) {
       answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs, classes_in(r));
   if (is_stored) {
     const Bytes bytes =
-        tree_bytes(reading, reading.contents.sections[r.tree_section], "object " + std::to_string(index));
+        mapped_bytes(reading, reading.contents.sections[r.tree_section], "object " + std::to_string(index));
     if (bytes.empty()) return false;  // no tree is of no bytes
     tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
     tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;

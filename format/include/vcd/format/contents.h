@@ -11,6 +11,7 @@
 #include <vcd/format/aligned_bytes.h>
 #include <vcd/format/bytes.h>
 #include <vcd/format/findings.h>
+#include <vcd/format/hierarchy.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/tree.h>
 
@@ -19,9 +20,10 @@ namespace vcd {
 struct ObjectContents {
   const ObjectRecord* record = nullptr;
   std::string_view name;
-  TreeView tree{};       // of Method::none: one that is not in the file, and in which every cell is unclassified
-  Bytes geometry = {};   // Draco bytes, empty where none are embedded
-  Bytes clearance = {};  // kClearanceBytes bytes, or empty; tree.clearances points to them
+  TreeView tree{};            // of Method::none: one that is not in the file, and in which every cell is unclassified
+  Bytes geometry = {};        // Draco bytes, empty where none are embedded
+  HierarchyView hierarchy{};  // none where the file has none of this object
+  Bytes clearance = {};       // kClearanceBytes bytes, or empty; tree.clearances points to them
 };
 
 // Everything points into the file's bytes, which the caller keeps alive and unchanged, or into `inflated`.

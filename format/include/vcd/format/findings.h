@@ -66,6 +66,13 @@ enum class Severity : uint8_t { warning, error };
   X(tree_class, "tree-class", error, "a cell holds a class that its method does not have", "TREE section")            \
   X(tree_unreferenced, "tree-unreferenced", error, "a block is stored that nothing refers to", "TREE section")        \
   X(tree_duplicate, "tree-duplicate", error, "a block is stored twice", "TREE section")                               \
+  X(hierarchy_size, "hierarchy-size", error, "a hierarchy's header contradicts its section, its object or itself",    \
+    "HIER section")                                                                                                   \
+  X(hierarchy_order, "hierarchy-order", error, "a child is not where the layout puts it, or is too deep",             \
+    "HIER section")                                                                                                   \
+  X(hierarchy_leaf, "hierarchy-leaf", error, "a leaf has an index, a vertex or a padding that it must not have",      \
+    "HIER section")                                                                                                   \
+  X(hierarchy_box, "hierarchy-box", error, "a box is not that of what is below it", "HIER section")                   \
   X(provenance, "provenance", error, "the provenance pairs are malformed, unsorted or repeated", "PROV section")
 
 enum class FindingId : uint16_t {

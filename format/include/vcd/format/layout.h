@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little,
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
 inline constexpr uint16_t kVersionMajor = 2;  // the only one that is read: those before were drafts
-inline constexpr uint16_t kVersionMinor = 2;
+inline constexpr uint16_t kVersionMinor = 3;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;
@@ -47,9 +47,11 @@ inline constexpr uint32_t kSectionTree = section_type("TREE");  // critical, one
 inline constexpr uint32_t kSectionGeometry = section_type("GEOM");   // optional, at most one an object: Draco bytes
 inline constexpr uint32_t kSectionClearance = section_type("CLEA");  // optional, at most one an object: bytes
 
+inline constexpr uint32_t kSectionHierarchy = section_type("HIER");  // optional, at most one an object: hierarchy.h
+
 constexpr bool is_known_section(uint32_t type) {
   return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
-         type == kSectionGeometry || type == kSectionClearance;
+         type == kSectionGeometry || type == kSectionClearance || type == kSectionHierarchy;
 }
 
 // A CLEA section divides each face of the box into 16 × 16 squares and gives each square a byte, its clearance: nothing
@@ -73,7 +75,7 @@ struct SectionEntry {
   uint64_t logical_size;  // bytes after decompression
   uint64_t stored_xxh3;   // XXH3-64 of the stored bytes
   uint64_t logical_xxh3;  // XXH3-64 of the logical bytes
-  uint32_t alignment;     // 8 or 4096
+  uint32_t alignment;     // 8, 64 or 4096
   uint32_t reserved;      // zero
 };
 static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, object) == 8 &&
@@ -83,6 +85,7 @@ static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, object) == 8 
               offsetof(SectionEntry, alignment) == 56 && offsetof(SectionEntry, reserved) == 60);
 
 inline constexpr uint32_t kSmallAlignment = 8;
+inline constexpr uint32_t kUnitAlignment = 64;    // of raw HIER sections, which are mapped and used in place
 inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which are mapped and used in place
 
 // What zstd sections may claim, so that a small file cannot ask for a large allocation: each by itself, and all of a

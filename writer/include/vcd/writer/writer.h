@@ -17,6 +17,7 @@ struct ObjectToWrite {
   ObjectRecord record{};    // the writer fills in the name's place and the section indices; the rest is the caller's
   std::vector<Bytes> tree;  // the TREE section's logical bytes, in pieces; not looked at for Method::none
   Bytes geometry;           // Draco bytes or empty
+  Bytes hierarchy = {};     // the HIER section, or empty: its triangles are those of the record
   Bytes clearance = {};     // must be kClearanceBytes bytes or empty
 };
 struct OptionalSection {  // one of a type this version does not know, carried along
