@@ -4,6 +4,8 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <new>
 #include <utility>
 #include <vector>
@@ -49,6 +51,12 @@ void leave_all(size_t count, uint64_t* blocked, uint64_t* unclassified) {
   }
 }
 
+// What is asked of an object without a hierarchy has no answer.
+[[noreturn]] bool no_hierarchy(const Traced&, const Segment&) noexcept {
+  std::fputs("vcd: Object::occluded() of an object without a hierarchy: see Object::has_hierarchy()\n", stderr);
+  std::abort();
+}
+
 Error first_error(const std::string& name, std::span<const Finding> findings) {
   for (const Finding& finding : findings) {
     if (finding_info(finding.id).severity != Severity::error) continue;
@@ -91,6 +99,9 @@ void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
   data_->kernels->sphere(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
 }
 
+bool Object::occluded(const Segment& segment) const noexcept { return data_->occluded_one(data_->traced, segment); }
+bool Object::has_hierarchy() const noexcept { return static_cast<bool>(data_->traced.view); }
+
 std::string_view Object::name() const noexcept { return data_->name; }
 const ObjectRecord& Object::record() const noexcept { return *data_->record; }
 bool Object::answers() const noexcept { return data_->kernels != nullptr; }
@@ -112,8 +123,15 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   state->kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
     const ObjectRecord& record = *object.record;
-    ObjectData data{
-        make_grid_frame(record.box_min, record.box_max), object.tree, unclassified_one, nullptr, &record, object.name};
+    ObjectData data{make_grid_frame(record.box_min, record.box_max),
+                    object.tree,
+                    unclassified_one,
+                    nullptr,
+                    &record,
+                    object.name,
+                    traced(object.hierarchy),
+                    &no_hierarchy};
+    if (object.hierarchy) data.occluded_one = chosen->occluded;
     const auto method = static_cast<Method>(record.method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
       data.classify_one = kClassifyOne[record.depth - 1u];

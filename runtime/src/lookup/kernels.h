@@ -27,6 +27,7 @@ struct SceneData;
 struct SceneNode;
 struct ToFrame;
 struct ToGrid;
+struct Traced;
 
 // Those for trees of one depth, so that every shift and mask is a constant.
 struct TreeKernels {
@@ -66,6 +67,9 @@ struct Kernels {
   void (*measure)(BundleChunk&) noexcept;
   void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3],
                     float* const (&direction)[3]) noexcept;
+
+  // Of hierarchies.
+  bool (*occluded)(const Traced&, const Segment&) noexcept;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar set.

@@ -1,5 +1,7 @@
 #include "lookup/scalar_kernels.h"
 
+#include "hierarchy/traced.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -97,7 +99,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &placed_bundle,
                                   &boxes_in_beam,
                                   &measure,
-                                  &to_object};
+                                  &to_object,
+                                  &occluded_scalar};
   return kernels;
 }
 

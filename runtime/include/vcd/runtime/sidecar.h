@@ -59,6 +59,12 @@ class Object {
                                               : answer == Visibility::blocked;
   }
 
+  // Whether a triangle of the object meets the segment, exactly (<vcd/format/meets.h>), from its hierarchy and with no
+  // fallback. Needs has_hierarchy(); without one it ends the program with a message.
+  bool occluded(const Segment& segment) const noexcept;
+  // Whether the file holds the object's triangles in a hierarchy. The baker stores one unless told otherwise.
+  bool has_hierarchy() const noexcept;
+
   std::string_view name() const noexcept;  // UTF-8; empty where the source had none
   // False: every segment is unclassified (the baker found that look-ups would not pay, or OpenOptions refuse what it
   // has), so there is no need to ask.

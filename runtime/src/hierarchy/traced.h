@@ -1,0 +1,23 @@
+// A hierarchy with what every query needs of it, and the reference that all kernels equal.
+#pragma once
+
+#include <vcd/format/hierarchy.h>
+#include <vcd/format/segment.h>
+
+namespace vcd {
+
+// An object's hierarchy, if it has one, with its box in doubles.
+struct Traced {
+  HierarchyView view{};
+  double min[3] = {}, max[3] = {};  // the vertices' box
+  double reach = 0;                 // M, its greatest absolute coordinate
+};
+Traced traced(const HierarchyView& view);
+
+// Whether any triangle meets the segment, exactly: see <vcd/format/meets.h>. In plain C++, for any segment.
+bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept;
+
+// Whether a triangle of `which`, a bit for each of the leaf's, meets the segment.
+bool meets_some(const HierarchyView& view, uint32_t leaf, uint32_t which, const Segment& segment) noexcept;
+
+}  // namespace vcd
