@@ -20,8 +20,6 @@ Vec<Number> operator-(const Vec<Number>& a, const Vec<Number>& b) {
   return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
 }
 
-using Corners = std::array<Vec<float>, 3>;
-
 // ---- The filter
 
 enum class Meeting { no, yes, doubtful };
@@ -60,7 +58,7 @@ Vec<double> wide(const Vec<float>& v) { return {v[0], v[1], v[2]}; }
 
 // On which sides of the three edges the line passes: Plücker coordinates, or Segura and Feito, "Algorithms to test
 // ray-triangle intersection", 2001. Then, where: Möller and Trumbore 1997, without the division.
-Meeting filter(const Segment& s, const Corners& corners) {
+Meeting filter(const Segment& s, const Triangle& corners) {
   const Vec<double> a = wide(corners[0]), b = wide(corners[1]), c = wide(corners[2]), origin = wide(s.origin),
                     direction = wide(s.direction);
   const Vec<double> to_a = a - origin, to_b = b - origin, to_c = c - origin;
@@ -161,7 +159,7 @@ struct ClippedLine {
 // Integers have at most 2240 bits: coordinates and directions, in units of the least exponent, are below 2^277; a
 // normal is below 2^557, an edge's 2^836, heights and slopes 2^1117, and fractions are compared by products of two of
 // those.
-bool meets_exactly(const Segment& s, const Corners& corners) {
+bool meets_exactly(const Segment& s, const Triangle& corners) {
   int least = 0;
   const auto lower_to = [&least](float x) {
     if (x != 0 || is_subnormal(x)) least = std::min(least, dyadic(x).exponent);
@@ -189,19 +187,19 @@ bool can_meet(const Segment& s) noexcept {
   return s.t_min < s.t_max && finite(s.origin) && finite(s.direction);
 }
 
-bool meets(const Segment& s, const float (&a)[3], const float (&b)[3], const float (&c)[3]) noexcept {
+bool meets(const Segment& s, const Triangle& triangle) noexcept {
   if (!can_meet(s)) return false;
-  const Corners corners = {Vec<float>{a[0], a[1], a[2]}, {b[0], b[1], b[2]}, {c[0], c[1], c[2]}};
   // A processor that takes subnormal numbers for zero would mislead the filter.
   bool subnormal = is_subnormal(s.t_min) || is_subnormal(s.t_max);
-  for (size_t i = 0; i < 3; ++i)
-    subnormal |= is_subnormal(a[i]) || is_subnormal(b[i]) || is_subnormal(c[i]) || is_subnormal(s.origin[i]) ||
-                 is_subnormal(s.direction[i]);
+  for (size_t i = 0; i < 3; ++i) {
+    subnormal |= is_subnormal(s.origin[i]) || is_subnormal(s.direction[i]);
+    for (const Vec<float>& corner : triangle) subnormal |= is_subnormal(corner[i]);
+  }
   if (!subnormal) {
-    const Meeting meeting = filter(s, corners);
+    const Meeting meeting = filter(s, triangle);
     if (meeting != Meeting::doubtful) return meeting == Meeting::yes;
   }
-  return meets_exactly(s, corners);
+  return meets_exactly(s, triangle);
 }
 
 }  // namespace vcd

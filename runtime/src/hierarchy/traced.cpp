@@ -1,42 +1,18 @@
 #include "hierarchy/traced.h"
 
-#include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
 
 #include <vcd/format/meets.h>
+#include <vcd/format/wide_ray.h>
 
 namespace vcd {
 namespace {
 
-// Finds boxes that a segment could meet.
-struct WideRay {
-  double origin[3], direction[3], reciprocal[3], t_min, t_max;
-
-  explicit WideRay(const Segment& s) : t_min(s.t_min), t_max(s.t_max) {
-    for (int a = 0; a < 3; ++a)
-      origin[a] = s.origin[a], direction[a] = s.direction[a], reciprocal[a] = 1 / direction[a];
-  }
-
-  // No box that the segment meets is missed. Each distance is rounded three times (difference, reciprocal, product: no
-  // over- or underflow between 2^-278 and 2^278), so it is within 4 e of itself; e = 2^-53. Twice that is taken off:
-  // Ize, "Robust BVH ray traversal", 2013.
-  bool may_meet(const HierarchyNode& node, uint32_t child) const {
-    double enter = t_min, leave = t_max;
-    for (int a = 0; a < 3; ++a) {
-      const double low = node.min[a][child] - origin[a], high = node.max[a][child] - origin[a];
-      if (direction[a] == 0) {
-        if (low > 0 || high < 0) return false;
-        continue;
-      }
-      const double t0 = low * reciprocal[a], t1 = high * reciprocal[a];
-      const double near = std::min(t0, t1), far = std::max(t0, t1);
-      enter = std::max(enter, near - 0x1p-50 * std::abs(near));
-      leave = std::min(leave, far + 0x1p-50 * std::abs(far));
-    }
-    return enter <= leave;
-  }
-};
+bool may_meet(const WideRay& ray, const HierarchyNode& node, uint32_t child) {
+  return ray.may_meet([&](size_t a) { return static_cast<double>(node.min[a][child]); },
+                      [&](size_t a) { return static_cast<double>(node.max[a][child]); });
+}
 
 }  // namespace
 
@@ -50,15 +26,14 @@ Traced traced(const HierarchyView& view) {
 
 bool meets_some(const HierarchyView& view, uint32_t child, uint32_t which, const Segment& segment) noexcept {
   return with_leaf(view, child, [&]<uint32_t kVertices>(const HierarchyLeaf<kVertices>& leaf) {
-    const auto vertex = [&](uint32_t triangle, int corner, float(&out)[3]) {
-      const uint32_t v = leaf.corner[corner][triangle] % kVertices;
-      for (int a = 0; a < 3; ++a) out[a] = leaf.vertex[a][v];
+    const auto vertex = [&](uint32_t v) {
+      v %= kVertices;  // whatever the file says
+      return std::array{leaf.vertex[0][v], leaf.vertex[1][v], leaf.vertex[2][v]};
     };
     for (uint32_t left = which & leaf.present; left != 0; left &= left - 1) {
-      const auto triangle = static_cast<uint32_t>(std::countr_zero(left));
-      float a[3], b[3], c[3];
-      vertex(triangle, 0, a), vertex(triangle, 1, b), vertex(triangle, 2, c);
-      if (meets(segment, a, b, c)) return true;
+      const int i = std::countr_zero(left);
+      if (meets(segment, {vertex(leaf.corner[0][i]), vertex(leaf.corner[1][i]), vertex(leaf.corner[2][i])}))
+        return true;
     }
     return false;
   });
@@ -81,7 +56,7 @@ bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept {
       continue;
     }
     const uint32_t i = rest.next++, child = node.child[i];
-    if (!ray.may_meet(node, i)) continue;
+    if (!may_meet(ray, node, i)) continue;
     if ((child & kLeafChild) == 0) stack[depth++] = {child, 0};
     else if (meets_some(traced.view, child, ~0u, segment)) return true;
   }

@@ -1,6 +1,8 @@
 // What a hit is: whether a segment meets a triangle, decided exactly.
 #pragma once
 
+#include <array>
+
 #include <vcd/format/segment.h>
 
 namespace vcd {
@@ -14,10 +16,11 @@ namespace vcd {
 //   - a NaN in the interval, or t_min >= t_max, never meets anything; nor does a NaN or an infinity in origin or
 //     direction.
 //
-// a, b, c: the corners, finite; in any order. They must not lie on one line: what prepare() keeps never does.
+// The corners are finite, in any order, and not on one line: what prepare() keeps never is.
 // A filter in doubles decides nearly all cases (some 20 ns); what it leaves in doubt is decided in integers (some
 // microseconds). Neither allocates, and neither depends on the processor's mode for subnormal numbers.
-bool meets(const Segment& segment, const float (&a)[3], const float (&b)[3], const float (&c)[3]) noexcept;
+using Triangle = std::array<std::array<float, 3>, 3>;  // corners
+bool meets(const Segment& segment, const Triangle& triangle) noexcept;
 
 // Whether anything can be met at all: the interval is not empty, and no coordinate is a NaN or an infinity.
 bool can_meet(const Segment& segment) noexcept;
