@@ -6,6 +6,8 @@
 #include <vcd/format/meets.h>
 #include <vcd/format/wide_ray.h>
 
+#include "hierarchy/fan.h"
+
 namespace vcd {
 namespace {
 
@@ -61,6 +63,18 @@ bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept {
     else if (meets_some(traced.view, child, ~0u, segment)) return true;
   }
   return false;
+}
+
+SampleBits occluded_fan_scalar(const Traced& object, const Fan& fan) noexcept {
+  SampleBits blocked{};
+  fan.live.for_each([&](size_t i) {
+    const Segment s{{fan.origin[0], fan.origin[1], fan.origin[2]},
+                    0.0f,
+                    {fan.direction[0][i], fan.direction[1][i], fan.direction[2][i]},
+                    1.0f};
+    blocked.set(i, occluded_scalar(object, s));
+  });
+  return blocked;
 }
 
 }  // namespace vcd

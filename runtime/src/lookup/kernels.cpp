@@ -18,6 +18,7 @@
 
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128  // single calls are faster than these
 #include "beam/bundles-inl.h"
+#include "hierarchy/fan-inl.h"
 #include "hierarchy/trace-inl.h"
 #include "lookup/arrays-inl.h"
 #include "scene/pairs-inl.h"
@@ -37,7 +38,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &BoxesInBeam,
                                   &MeasureChunk,
                                   &ToObject,
-                                  &Occluded};
+                                  &Occluded,
+                                  &OccludedFan};
   return kernels;
 }
 const Kernels& TargetKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }

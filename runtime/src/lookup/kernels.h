@@ -26,6 +26,7 @@ struct SceneBeam;
 struct SceneData;
 struct SceneNode;
 struct ToFrame;
+struct Fan;
 struct ToGrid;
 struct Traced;
 
@@ -70,6 +71,7 @@ struct Kernels {
 
   // Of hierarchies.
   bool (*occluded)(const Traced&, const Segment&) noexcept;
+  SampleBits (*occluded_fan)(const Traced&, const Fan&) noexcept;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar set.

@@ -39,6 +39,7 @@ class SampleBits {
   void set(size_t i, bool value = true) { words_[i / 64] |= uint64_t{value} << (i % 64); }
   // The bits of one run, lowest first.
   void add_run(size_t r, uint64_t bits) { words_[r * kRun / 64] |= bits << (r * kRun % 64); }
+  void add_word(size_t w, uint64_t bits) { words_[w] |= bits; }
   uint64_t run(size_t r) const { return words_[r * kRun / 64] >> (r * kRun % 64) & 0xFFFF; }
   // Bit r: whether run r has a bit.
   uint32_t runs() const {

@@ -1,5 +1,6 @@
 #include "lookup/scalar_kernels.h"
 
+#include "hierarchy/fan.h"
 #include "hierarchy/traced.h"
 
 #include <algorithm>
@@ -100,7 +101,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &boxes_in_beam,
                                   &measure,
                                   &to_object,
-                                  &occluded_scalar};
+                                  &occluded_scalar,
+                                  &occluded_fan_scalar};
   return kernels;
 }
 
