@@ -76,7 +76,7 @@ class FanTracer {
   bool is_trusted() const {
     float farthest = 0;
     for (float x : fan_.origin) farthest += std::abs(x);
-    const auto reach = static_cast<float>(object_.reach);
+    const float reach = object_.reach;
     return reach >= 0x1p-20f && reach <= 0x1p30f && farthest <= 64 * reach;
   }
 

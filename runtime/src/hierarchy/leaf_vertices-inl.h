@@ -21,9 +21,17 @@ inline constexpr size_t kFloatLanes = HWY_LANES(float) < kNodeWidth ? HWY_LANES(
 
 template <class D, class M>
 HWY_INLINE uint32_t lane_bits(D d, M mask) {
+#if HWY_TARGET <= HWY_AVX3
+  (void)d;
+  return static_cast<uint32_t>(mask.raw);
+#elif HWY_TARGET <= HWY_AVX2
+  (void)d;
+  return static_cast<uint32_t>(_mm256_movemask_ps(mask.raw));
+#else
   uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
-  return bits[0] | static_cast<uint32_t>(bits[1]) << 8;
+  return bits[0];
+#endif
 }
 
 // Corners of as many triangles as there are lanes.

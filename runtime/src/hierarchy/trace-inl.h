@@ -11,7 +11,7 @@
 #include <hwy/cache_control.h>
 
 #include "hierarchy/leaf_vertices-inl.h"
-#include "hierarchy/near_ray.h"
+#include "hierarchy/near_ray-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -44,11 +44,13 @@ HWY_INLINE uint32_t children_met(const HierarchyNode& node, const NearRay& ray) 
 // what is in doubt is decided exactly.
 //
 // Leaf errors. The line passes within 2 δ of the leaf's box, whose longest side is L, so that sheared coordinates are
-// at most X = 2 L + 8 δ. Their errors are below 16 u M = δ: origin twice 1.2 u M, shear 2 u M, the two differences 2 u
-// M each, product and difference 6 u M. A side, C_x B_y - C_y B_x, is then wrong by less than 4 X δ + 2 δ² + 4 u X²,
-// less than 5 X δ + 2 δ² <= 10 δ (L + 5 δ) = E. Where all three sides are beyond E, the hit's s is Σ side · z / Σ side:
-// the weights are wrong by 6 E / |det| in all, which counts L; z, and rounding, by less than 4 δ: 4 δ |det| + 8 E L,
-// and 2^-120 for what underflows.
+// at most X = 2 L + 8 δ, and a vertex is within |z| + X of the origin. Where the origin is wrong by less than δ0,
+// sheared coordinates are wrong by less than 2 δ0 + u (4 |z| + 3 X), less than δ' = 2 δ0 + 8 u (|z| + X). A side, C_x
+// B_y - C_y B_x, is then wrong by less than 4 X δ' + 2 δ'² + 4 u X², less than E = 5 X δ' + 2 δ'². At first δ stands
+// for δ': z is at most 2 M and δ0 at most 2 u M. What that leaves over is looked at more closely.
+// Where all three sides are beyond E, the hit's s is Σ side · z / Σ side. The weights are wrong by 6 E / |det| in all,
+// which counts L; z, and rounding, by less than 3 δ': 3 δ' |det| + 8 E L, and 2^-120 for what underflows. No s of a
+// triangle is beyond those of its corners.
 template <uint32_t kVertices>
 HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& ray, const HierarchyView& view,
                            uint32_t child, const Segment& segment) {
@@ -78,25 +80,34 @@ HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& 
     const uint32_t present = leaf.present >> i & ((1u << hn::Lanes(d)) - 1);
     const uint32_t possible = lane_bits(d, hn::Or(hn::Ge(least, minus), hn::Le(most, error))) & present;
     if (HWY_LIKELY(possible == 0)) continue;
-    const auto inside = hn::Or(hn::Ge(least, error), hn::Le(most, minus));
+    const auto along = hn::Set(d, sign);
+    const auto az = hn::Mul(z.at(a), along), bz = hn::Mul(z.at(b), along), cz = hn::Mul(z.at(c), along);
+    const auto nearest = hn::Min(az, hn::Min(bz, cz)), farthest = hn::Max(az, hn::Max(bz, cz));
+    const auto coordinate = hn::MulAdd(hn::Set(d, 8.0f), hn::Set(d, slack), hn::Set(d, 2 * leaf.extent));  // X
+    const auto reach = hn::Add(hn::Max(hn::Abs(nearest), hn::Abs(farthest)), coordinate);
+    const auto local = hn::MulAdd(hn::Set(d, 0x1p-21f), reach, hn::Set(d, 2 * ray.origin_error));        // δ'
+    const auto limit = hn::Mul(local, hn::MulAdd(hn::Set(d, 5.0f), coordinate, hn::Add(local, local)));  // E
+    const auto inside = hn::Or(hn::Ge(least, limit), hn::Le(most, hn::Neg(limit)));
+    const auto outside = hn::And(hn::Lt(least, hn::Neg(limit)), hn::Gt(most, limit));
     const auto det = hn::Add(u, hn::Add(v, w)), size = hn::Abs(det);
-    const auto t = hn::Mul(
-        hn::Xor(hn::MulAdd(u, z.at(a), hn::MulAdd(v, z.at(b), hn::Mul(w, z.at(c)))), hn::And(det, hn::Set(d, -0.0f))),
-        hn::Set(d, sign));
-    const auto margin = hn::Set(d, 8 * edge * leaf.extent + 0x1p-120f);
-    const auto after = hn::Sub(t, hn::Mul(size, hn::Set(d, ray.first))),
-               before = hn::Sub(hn::Mul(size, hn::Set(d, ray.last)), t);
-    const auto room = hn::MulAdd(size, hn::Set(d, 4 * slack), margin);
+    const auto t = hn::Xor(hn::MulAdd(u, az, hn::MulAdd(v, bz, hn::Mul(w, cz))), hn::And(det, hn::Set(d, -0.0f)));
+    const auto first = hn::Set(d, ray.first), last = hn::Set(d, ray.last);
+    const auto after = hn::NegMulAdd(size, first, t), before = hn::MulSub(size, last, t);
+    const auto wrong = hn::MulAdd(hn::Set(d, 3.0f), local, hn::Set(d, ray.last_error));
+    const auto margin = hn::MulAdd(limit, hn::Set(d, 8 * leaf.extent), hn::Set(d, 0x1p-120f));
+    const auto room = hn::MulAdd(size, wrong, margin);
     const auto yes = hn::And(inside, hn::And(hn::Ge(after, room), hn::Ge(before, room)));
     if (lane_bits(d, yes) & possible) return true;
-    const auto no = hn::And(inside, hn::Or(hn::Lt(after, hn::Neg(room)), hn::Lt(before, hn::Neg(room))));
-    doubtful |= (possible & ~lane_bits(d, no)) << i;
+    const auto beside = hn::And(inside, hn::Or(hn::Lt(after, hn::Neg(room)), hn::Lt(before, hn::Neg(room))));
+    const auto beyond = hn::Or(hn::Lt(hn::Add(farthest, wrong), first), hn::Gt(hn::Sub(nearest, wrong), last));
+    doubtful |= (possible & ~lane_bits(d, hn::Or(outside, hn::Or(beside, beyond)))) << i;
   }
   return HWY_UNLIKELY(doubtful != 0) && meets_some(view, child, doubtful, segment);
 }
 
 HWY_INLINE bool child_meets(const HierarchyView& view, uint32_t child, const NearRay& ray, const Segment& segment) {
-  return with_leaf(view, child, [&](const auto& leaf) HWY_ATTR { return leaf_meets(leaf, ray, view, child, segment); });
+  return child & kLargeChild ? leaf_meets(view.large_leaf(child), ray, view, child, segment)
+                             : leaf_meets(view.small_leaf(child), ray, view, child, segment);
 }
 
 // Depth first; the children of a node in their order.

@@ -6,11 +6,11 @@
 
 namespace vcd {
 
-// An object's hierarchy, if it has one, with its box in doubles.
+// An object's hierarchy, if it has one, with its box.
 struct Traced {
   HierarchyView view{};
-  double min[3] = {}, max[3] = {};  // the vertices' box
-  double reach = 0;                 // M, its greatest absolute coordinate
+  float min[4] = {}, max[4] = {};  // the vertices' box, and 0
+  float reach = 0;                 // M, its greatest absolute coordinate
 };
 Traced traced(const HierarchyView& view);
 
