@@ -9,6 +9,7 @@
 
 #include <tbb/info.h>
 
+#include <vcd/baker/hierarchy.h>
 #include <vcd/baker/threads.h>
 #include <vcd/format/tree_statistics.h>
 
@@ -71,6 +72,26 @@ void begin(BakePass pass, const BakeOptions& options) {
   if (options.on_pass) options.on_pass(pass);
 }
 
+struct Hierarchy {
+  HierarchySection section;
+  std::string why_not;  // BakedObject::without_hierarchy
+
+  uint64_t bytes() const { return section.size() * kUnitBytes; }
+};
+
+Result<Hierarchy> hierarchy_if_asked(const PreparedMesh& mesh, const BakeOptions& options) {
+  if (!options.hierarchy) return Hierarchy{};
+  if (!can_have_hierarchy(mesh)) return Hierarchy{{}, "its coordinates are too large or too small for one"};
+  begin(BakePass::hierarchy, options);
+  auto section = with_threads(options.threads, [&] { return build_hierarchy(mesh, options.stop); });
+  if (!section) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
+  Hierarchy hierarchy{std::move(*section), {}};
+  if (hierarchy.section.empty()) return Hierarchy{{}, "it has too many triangles for one"};
+  if (options.budget_bytes > 0 && hierarchy.bytes() > options.budget_bytes / 2)
+    return Hierarchy{{}, "its " + std::to_string(hierarchy.bytes()) + " bytes are more than half of the budget"};
+  return hierarchy;
+}
+
 // Of a file, what is not its tree: header, tables, names, and what rounds the tree's beginning up to a page.
 constexpr uint64_t kBytesBesideTree = 8192;
 uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min(file_bytes, kBytesBesideTree); }
@@ -79,14 +100,21 @@ uint64_t tree_bytes(const TreeView& tree) {
   return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
 }
 
-// An error if not even a tree in which everything is uniform fits the budget.
-std::optional<Error> check_budget(const PreparedMesh& mesh, uint32_t depth, uint64_t budget_bytes) {
+// The options of the passes behind `hierarchy`: what it takes is not theirs.
+BakeOptions without_its_bytes(BakeOptions options, const Hierarchy& hierarchy) {
+  if (options.budget_bytes > 0) options.budget_bytes -= hierarchy.bytes();
+  return options;
+}
+
+// An error if not even a tree in which everything is uniform fits what the hierarchy leaves of the budget.
+std::optional<Error> check_budget(const PreparedMesh& mesh, uint32_t depth, uint64_t budget_bytes,
+                                  const Hierarchy& hierarchy) {
   const TreeShape shape = tree_shape(depth);
   const uint64_t least =
       shape.bytes(shape.has_blocks256 ? kUniformBlocks : 0, shape.has_blocks16 ? kUniformBlocks : 0, kUniformBlocks);
   if (budget_bytes == 0 || least <= tree_budget(budget_bytes)) return std::nullopt;
   return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(depth) + " takes " +
-                                     std::to_string(least + kBytesBesideTree) +
+                                     std::to_string(least + kBytesBesideTree + hierarchy.bytes()) +
                                      " bytes at the least, more than the budget"};
 }
 
@@ -156,10 +184,16 @@ std::optional<Error> audit_if_asked(const PreparedMesh& mesh, BakedObject& objec
 
 }  // namespace
 
-Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options) try {
-  const Deadline deadline(options.budget_seconds);
-  if (options.method == Method::none) return Error{ErrorCode::usage, "method none has nothing to plan"};
-  if (auto fault = check_options(options)) return std::move(*fault);
+Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try {
+  const Deadline deadline(all_options.budget_seconds);
+  if (all_options.method == Method::none) return Error{ErrorCode::usage, "method none has nothing to plan"};
+  if (auto fault = check_options(all_options)) return std::move(*fault);
+  BakeOptions options = all_options;
+  if (options.budget_bytes > 0) {
+    const auto hierarchy = hierarchy_if_asked(mesh, options);
+    if (!hierarchy) return hierarchy.error();
+    options = without_its_bytes(options, *hierarchy);
+  }
   const GridMesh grid(mesh);
   const auto tracer = trace_in_grid(grid);
   if (!tracer) return tracer.error();
@@ -169,12 +203,21 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options) try {
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) try {
-  const Deadline deadline(options.budget_seconds);
-  if (auto fault = check_options(options)) return std::move(*fault);
-  auto geometry = embedded_geometry(mesh, options);
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_options) try {
+  const Deadline deadline(all_options.budget_seconds);
+  if (auto fault = check_options(all_options)) return std::move(*fault);
+  auto geometry = embedded_geometry(mesh, all_options);
   if (!geometry) return geometry.error();
-  if (options.method == Method::none) return make_object_without_answers(mesh, std::move(*geometry));
+  auto hierarchy = hierarchy_if_asked(mesh, all_options);
+  if (!hierarchy) return hierarchy.error();
+  const auto without_answers = [&](std::optional<Plan> plan) {
+    BakedObject object =
+        make_object_without_answers(mesh, std::move(*geometry), std::move(hierarchy->section), std::move(plan));
+    object.without_hierarchy = std::move(hierarchy->why_not);
+    return object;
+  };
+  if (all_options.method == Method::none) return without_answers({});
+  const BakeOptions options = without_its_bytes(all_options, *hierarchy);
 
   begin(BakePass::trace, options);
   const GridMesh grid(mesh);
@@ -184,8 +227,8 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) t
 
   auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
   const uint32_t depth = plan ? plan->depth : options.depth;
-  if (depth == 0) return make_object_without_answers(mesh, std::move(*geometry), std::move(plan));
-  if (auto too_small = check_budget(mesh, depth, options.budget_bytes)) return std::move(*too_small);
+  if (depth == 0) return without_answers(std::move(plan));
+  if (auto too_small = check_budget(mesh, depth, options.budget_bytes, *hierarchy)) return std::move(*too_small);
 
   const auto start = Clock::now();
   auto classified = classify_cells(grid, *classifier.cells, depth, options, deadline);
@@ -195,14 +238,16 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options) t
   const TreeStatistics counts = measure_tree(demoted.tree.view());
   auto clearances = clearances_if_blocked(grid, counts, options);
 
-  BakedObject object = make_object(mesh, {options.method, depth, classifier.samples, options.seed}, counts,
-                                   {std::move(demoted.tree), std::move(*geometry), std::move(clearances)});
+  BakedObject object = make_object(
+      mesh, {options.method, depth, classifier.samples, options.seed}, counts,
+      {std::move(demoted.tree), std::move(*geometry), std::move(clearances), std::move(hierarchy->section)});
   object.plan = std::move(plan);
   object.rays = classified->octree.rays;
   object.seconds = since(start);
   object.bytes_before_demotion = bytes;
   object.cells_demoted = demoted.cells_lost;
   object.out_of_time = classified->out_of_time;
+  object.without_hierarchy = std::move(hierarchy->why_not);
   if (auto wrong = audit_if_asked(mesh, object, options)) return std::move(*wrong);
   return object;
 } catch (const std::bad_alloc&) {

@@ -44,6 +44,7 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
   for (const ObjectContents& object : contents.objects) {
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
+    std::printf("%s", hierarchy_summary(object.hierarchy).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
     if (!object.geometry.empty())
@@ -73,7 +74,8 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
   out.stop = interrupted;
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
-    out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry, object.clearance});
+    out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
+                           object.hierarchy.bytes(), object.clearance});
   std::vector<AlignedBytes> kept;
   for (const SectionEntry& section : contents.sections) {
     if (is_known_section(section.type)) continue;

@@ -17,14 +17,12 @@ namespace {
 
 constexpr uint32_t kMostRays = 40'000;
 constexpr uint32_t kRaysPerTriangle = 16;
-// The cost of what is below a child depends on the order there: it is measured in the order that the round before made.
-constexpr uint32_t kRounds = 2;
 // Nodes and leaves that a ray may visit. Few rays need as many; meshes in which all triangles overlap end in time.
-constexpr uint32_t kMostSteps = 2'000;
+constexpr uint32_t kMostSteps = 500;
 
 // What rays found that met a child's box.
 struct Visits {
-  std::atomic<uint32_t> count = 0, blocked = 0;
+  std::atomic<uint32_t> blocked = 0;
   std::atomic<uint64_t> steps = 0;  // nodes and leaves visited up to the first hit
 };
 using NodeVisits = std::array<Visits, kNodeWidth>;
@@ -83,7 +81,6 @@ class Trace {
       const auto i = static_cast<uint32_t>(std::countr_zero(met));
       const Found found = child(node.child[i]);
       Visits& visits = visits_[index][i];
-      visits.count.fetch_add(1, std::memory_order_relaxed);
       visits.blocked.fetch_add(found.is_blocked, std::memory_order_relaxed);
       visits.steps.fetch_add(found.steps, std::memory_order_relaxed);
       if (!all.is_blocked) all.steps += found.steps;
@@ -129,17 +126,15 @@ void order_children(const PreparedMesh& mesh, WideTree& tree, const Bounds& box,
   const SampleRays rays(mesh, box);
   const auto count =
       static_cast<uint32_t>(std::min<uint64_t>(kMostRays, uint64_t{kRaysPerTriangle} * mesh.triangles.size()));
-  for (uint32_t round = 0; round < kRounds; ++round) {
-    std::vector<NodeVisits> visits(tree.nodes.size());
-    tbb::parallel_for(tbb::blocked_range(0u, count, 64u), [&](const tbb::blocked_range<uint32_t>& range) {
-      if (stop.now()) return;
-      for (uint32_t i = range.begin(); i < range.end(); ++i) {
-        const SampleRay ray = rays(i);
-        Trace(tree, visits, ray).node(0);
-      }
-    });
-    for (size_t i = 0; i < tree.nodes.size(); ++i) sort_children(tree.nodes[i], visits[i]);
-  }
+  std::vector<NodeVisits> visits(tree.nodes.size());
+  tbb::parallel_for(tbb::blocked_range(0u, count, 64u), [&](const tbb::blocked_range<uint32_t>& range) {
+    if (stop.now()) return;
+    for (uint32_t i = range.begin(); i < range.end(); ++i) {
+      const SampleRay ray = rays(i);
+      Trace(tree, visits, ray).node(0);
+    }
+  });
+  for (size_t i = 0; i < tree.nodes.size(); ++i) sort_children(tree.nodes[i], visits[i]);
 }
 
 }  // namespace vcd::baker

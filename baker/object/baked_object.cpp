@@ -24,7 +24,11 @@ TreeView BakedObject::tree() const {
 
 ObjectToWrite BakedObject::to_write() const {
   assert(arrays_ && "an object that was moved from cannot be written");
-  return {name, record, tree_pieces(arrays_->tree.view()), arrays_->geometry,
+  return {name,
+          record,
+          tree_pieces(arrays_->tree.view()),
+          arrays_->geometry,
+          bytes_of(arrays_->hierarchy),
           std::as_bytes(std::span(arrays_->clearances))};
 }
 
@@ -73,10 +77,11 @@ BakedObject make_object(const PreparedMesh& mesh, const Classification& classifi
 }
 
 BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<std::byte>&& geometry,
-                                        std::optional<Plan> plan) {
+                                        HierarchySection&& hierarchy, std::optional<Plan> plan) {
   TreeArrays tree = unclassified_tree(1);
   const TreeStatistics counts = measure_tree(tree.view());
-  BakedObject object = make_object(mesh, {Method::none, 1, 0, 0}, counts, {std::move(tree), std::move(geometry), {}});
+  BakedObject object = make_object(mesh, {Method::none, 1, 0, 0}, counts,
+                                   {std::move(tree), std::move(geometry), {}, std::move(hierarchy)});
   object.plan = std::move(plan);
   return object;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include <vcd/baker/bake.h>
+#include <vcd/baker/hierarchy.h>
 #include <vcd/format/tree_statistics.h>
 
 #include "octree/dag.h"
@@ -16,6 +17,7 @@ struct BakedObject::Arrays {
   TreeArrays tree;
   std::vector<std::byte> geometry;  // Draco bytes, or none
   std::vector<uint8_t> clearances;  // kClearanceBytes of them, or none
+  HierarchySection hierarchy = {};  // or empty
 };
 
 // How an object's cells were classified.
@@ -30,8 +32,8 @@ struct Classification {
 BakedObject make_object(const PreparedMesh& mesh, const Classification& classification, const TreeStatistics& counts,
                         BakedObject::Arrays&& arrays);
 
-// The object that answers nothing, since a sidecar would not pay. plan: if that was its choice.
+// The object whose cells answer nothing, since they would not pay. plan: if that was its choice.
 BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<std::byte>&& geometry,
-                                        std::optional<Plan> plan = {});
+                                        HierarchySection&& hierarchy, std::optional<Plan> plan = {});
 
 }  // namespace vcd::baker

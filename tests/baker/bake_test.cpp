@@ -260,8 +260,8 @@ TEST(Bake, NamesItsPassesInOrder) {
   std::vector<BakePass> passes;
   options.on_pass = [&](BakePass pass) { passes.push_back(pass); };
   ASSERT_TRUE(bake(*prepare(sphere()), options).ok());
-  EXPECT_EQ(passes, (std::vector{BakePass::trace, BakePass::classify, BakePass::demote, BakePass::clearances,
-                                 BakePass::audit}));
+  EXPECT_EQ(passes, (std::vector{BakePass::hierarchy, BakePass::trace, BakePass::classify, BakePass::demote,
+                                 BakePass::clearances, BakePass::audit}));
 }
 
 TEST(Bake, StopsInItsAudit) {

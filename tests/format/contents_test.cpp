@@ -57,6 +57,10 @@ struct Sidecar {
   uint8_t* brick(uint32_t index) {
     return reinterpret_cast<uint8_t*>(tree()) + tree_shape(object().depth).top_bytes() + index * kBrickBytes;
   }
+  HierarchyView hierarchy() { return {bytes.data() + section(kSectionHierarchy).offset}; }
+  HierarchyHeader& hierarchy_header() { return const_cast<HierarchyHeader&>(hierarchy().header()); }
+  HierarchyNode& hierarchy_root() { return const_cast<HierarchyNode&>(hierarchy().node(kRootUnit)); }
+  SmallLeaf& hierarchy_leaf() { return const_cast<SmallLeaf&>(hierarchy().small_leaf(hierarchy_root().child[0])); }
 
   void seal() {
     auto* table = reinterpret_cast<SectionEntry*>(bytes.data() + sizeof(FileHeader));
@@ -219,6 +223,10 @@ TEST_F(Contents, EveryFindingIsFound) {
       {FindingId::tree_class, [](Sidecar& f) { f.brick(3)[0] |= 3; }},
       {FindingId::tree_unreferenced, [](Sidecar& f) { std::fill_n(f.tree(), 15, 0); }},
       {FindingId::tree_duplicate, [](Sidecar& f) { std::copy_n(f.brick(3), 64, f.brick(4)); }},
+      {FindingId::hierarchy_size, [](Sidecar& f) { f.hierarchy_header().node_count += 1; }},
+      {FindingId::hierarchy_order, [](Sidecar& f) { f.hierarchy_root().child[0] += 1; }},
+      {FindingId::hierarchy_leaf, [](Sidecar& f) { f.hierarchy_leaf().corner[2][15] = 1; }},
+      {FindingId::hierarchy_box, [](Sidecar& f) { f.hierarchy_root().min[1][0] = -1; }},
       {FindingId::provenance, [](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
   };
   std::set<FindingId> seen;
@@ -410,9 +418,10 @@ TEST(Class3, IsBlockedForHybridsAndForSegmentsThatPierceOnly) {
   for (int count : seen) EXPECT_GT(count, 100);
 }
 
-// An object of method none takes a record and a name: no entry of the table, no tree, no page.
+// An object of method none takes a record and a name, beside its hierarchy: no tree, no page.
 TEST(NoMethod, HasNoTreeInTheFileAndAllCellsUnclassified) {
   BakeOptions options;
+  options.hierarchy = false;
   options.method = Method::none;
   const BakedObject one = must_bake(cube(), options);
   SidecarToWrite out;
@@ -698,7 +707,8 @@ TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
     out.storage = storage;
     for (const auto& [key, value] : contents->provenance) out.provenance.emplace(key, value);
     for (const ObjectContents& object : contents->objects)
-      out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry, object.clearance});
+      out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
+                             object.hierarchy.bytes(), object.clearance});
     const auto memory = vcd::sidecar_bytes(out);
     ASSERT_TRUE(memory.ok());
     EXPECT_EQ(reinterpret_cast<uintptr_t>(memory->data.get()) % 64, 0u);

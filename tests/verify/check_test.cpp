@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include <sys/resource.h>
 
 #include <vcd/baker/bake.h>
+#include <vcd/baker/hierarchy.h>
 #include <vcd/writer/writer.h>
 
 #include "support/meshes.h"
@@ -64,6 +67,42 @@ TEST_F(CheckBytes, SaysWhatIsWrongWithTheBytes) {
   const Outcome outcome = check(meshes_);
   EXPECT_EQ(outcome.exit_code(), static_cast<int>(ErrorCode::invalid_file));
   EXPECT_TRUE(outcome.objects.empty());
+}
+
+// Each hierarchy is one that a reader must take, in a sidecar of the cube.
+TEST_F(CheckBytes, HoldsTheHierarchyAgainstTheMesh) {
+  const auto fault_of = [&](HierarchySection section) {
+    BakeOptions options;
+    options.depth = 2;
+    const auto object = bake(meshes_[0], options);
+    SidecarToWrite sidecar;
+    sidecar.objects = {object->to_write()};
+    sidecar.objects[0].hierarchy = bytes_of(section);
+    bytes_ = std::move(*sidecar_bytes(sidecar));
+    const Outcome outcome = check(meshes_);
+    EXPECT_LE(outcome.issues.size(), 1u);
+    if (outcome.issues.empty()) return std::string();
+    EXPECT_EQ(outcome.issues[0].info, &issue_info(IssueId::hierarchy_triangles));
+    return outcome.issues[0].detail;
+  };
+  const HierarchySection good = *build_hierarchy(meshes_[0]);
+  EXPECT_EQ(fault_of(good), "");
+
+  SourceMesh turned = test::cube();  // one face's diagonal
+  turned.triangles[0] = {0, 2, 3}, turned.triangles[1] = {0, 1, 3};
+  EXPECT_NE(fault_of(*build_hierarchy(*prepare(std::move(turned)))).find("a triangle that the mesh has not"),
+            std::string::npos);
+  SourceMesh other = test::cube();
+  other.positions.push_back({0.5f, 0.5f, std::nextafter(0.5f, 1.0f)});
+  other.triangles[0] = {0, 2, 8};
+  EXPECT_NE(fault_of(*build_hierarchy(*prepare(std::move(other)))).find("a vertex that the mesh has not"),
+            std::string::npos);
+  HierarchySection twice = good;
+  const HierarchyView view = view_of(twice);
+  auto& leaf = const_cast<SmallLeaf&>(view.small_leaf(view.node(kRootUnit).child[0]));
+  ASSERT_EQ(leaf.present, (1u << 12) - 1);
+  for (auto& corners : leaf.corner) corners[11] = corners[10];
+  EXPECT_NE(fault_of(twice).find("a triangle that another one holds too"), std::string::npos);
 }
 
 TEST_F(CheckBytes, EndsAsNotVerifiedWhenStopped) {

@@ -46,6 +46,10 @@ double share(const ObjectRecord& r, int which) {
   return static_cast<double>(counts[which]) / static_cast<double>(tree_shape(r.depth).cells());
 }
 
+double bytes_a_triangle(const HierarchyView& hierarchy) {
+  return static_cast<double>(hierarchy.bytes().size()) / static_cast<double>(hierarchy.header().triangle_count);
+}
+
 }  // namespace
 
 const char* method_name(Method method) {
@@ -60,7 +64,7 @@ const char* method_name(Method method) {
 
 const char* guarantee(Method method) {
   switch (method) {
-    case Method::none: return "a sidecar would not pay, every segment is unclassified";
+    case Method::none: return "cells would not pay, every segment is unclassified";
     case Method::sampled: return "clear and blocked are statistics";
     case Method::proven: return "clear and blocked are proofs";
     case Method::hybrid: return "clear and blocked are proofs, statistically blocked is kept apart";
@@ -103,6 +107,15 @@ Json describe_object(const ObjectContents& object) {
                      {"wrong_rate_bound_95", r.audit_bound_95}};
   json["blocks"] = {{"blocks256", r.block256_count}, {"blocks16", r.block16_count}, {"bricks", r.brick_count}};
   json["nodes"] = {{"unfolded", r.nodes_unfolded}, {"folded", r.nodes_folded}, {"shared", r.nodes_shared}};
+  json["hierarchy"] = nullptr;
+  if (object.hierarchy) {
+    const HierarchyHeader& h = object.hierarchy.header();
+    json["hierarchy"] = {{"bytes", object.hierarchy.bytes().size()},
+                         {"bytes_a_triangle", bytes_a_triangle(object.hierarchy)},
+                         {"nodes", h.node_count},
+                         {"leaves", h.leaf_count},
+                         {"levels", h.levels}};
+  }
   json["embedded_geometry_bytes"] = object.geometry.size();
   return json;
 }
@@ -192,6 +205,16 @@ std::string object_summary(const ObjectRecord& r) {
                 readable_bytes(bytes).c_str(), static_cast<unsigned long long>(r.brick_count),
                 static_cast<unsigned long long>(r.block16_count), static_cast<unsigned long long>(r.block256_count));
   return out + line;
+}
+
+std::string hierarchy_summary(const HierarchyView& hierarchy) {
+  if (!hierarchy) return "";
+  const HierarchyHeader& h = hierarchy.header();
+  char line[256];
+  std::snprintf(line, sizeof line, "  hierarchy %s, %.1f bytes a triangle: %u nodes, %u leaves, %u levels\n",
+                readable_bytes(hierarchy.bytes().size()).c_str(), bytes_a_triangle(hierarchy), h.node_count,
+                h.leaf_count, h.levels);
+  return line;
 }
 
 std::string json_text(const Json& json, int indent) {

@@ -54,7 +54,11 @@ CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_pt
     : file_(std::move(file)), contents_(std::move(contents)), index_(index) {}
 
 ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
-  ObjectToWrite object{name, *contents().record, tree_pieces(contents().tree), contents().geometry,
+  ObjectToWrite object{name,
+                       *contents().record,
+                       tree_pieces(contents().tree),
+                       contents().geometry,
+                       contents().hierarchy.bytes(),
                        contents().clearance};
   object.record.source_index = source_index;
   return object;

@@ -98,6 +98,13 @@ constexpr Setting kSettings[] = {
      .member = &BakeSettings::storage,
      .help = "raw: to be mapped and rendered from (default); ship: compressed",
      .words = kStorages},
+    {.name = "no-hierarchy",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::no_hierarchy,
+     .help = "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
+     .zero_is_none = true},
     {.name = "embed-geometry",
      .letter = 0,
      .scope = Scope::object,
@@ -215,6 +222,7 @@ BakeOptions BakeSettings::bake_options() const {
   options.budget_bytes = static_cast<uint64_t>(budget_mb * 1048576);
   options.budget_seconds = budget_seconds;
   options.seed = seed;
+  options.hierarchy = !no_hierarchy;
   options.embed_geometry = embed_geometry;
   options.audit_lines = audit_lines;
   return options;

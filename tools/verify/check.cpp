@@ -9,6 +9,7 @@
 #include "common/memory.h"
 #include "common/meshes.h"
 #include "common/paths.h"
+#include "hierarchy_triangles.h"
 #include "mesh_facts.h"
 #include "mesh_source.h"
 #include "pairing.h"
@@ -51,6 +52,7 @@ void check_object(const ObjectContents& object, const Answering& answering, cons
   const PreparedMesh* mesh = meshes.source ? meshes.source->mesh_of(object, check.place, outcome) : &*own;
   if (!mesh) return;
   check_facts(*object.record, *mesh, check.place, outcome);
+  check_triangles(object.hierarchy, *mesh, check.place, outcome);
   check_answers(answering, *mesh, check.place, options, outcome, check);
 }
 

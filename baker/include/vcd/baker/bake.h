@@ -1,4 +1,4 @@
-// A mesh in, the tree and record of its sidecar out.
+// A mesh in; the tree, the hierarchy and the record of its sidecar out.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,10 @@
 
 namespace vcd::baker {
 
-// The passes of a bake in their order. plan, demote, clearances and audit are left out where there is nothing to do.
+// The passes of a bake in their order. All but trace and classify are left out where there is nothing to do, and these
+// two where no cell is to be classified.
 enum class BakePass : uint8_t {
+  hierarchy,   // boxes over the triangles, for what the cells leave unclassified
   trace,       // the mesh in grid units, Embree's hierarchy over it, and the classifier
   plan,        // picks the depth
   classify,    // asks the class of every cell, and stores equal blocks once
@@ -45,6 +47,7 @@ struct BakeOptions {
   // From the call of bake() to the written file, on a quiet machine; 0: none. A quarter is kept for audit and writing.
   // When the rest is over, the cells that have no class yet are left unclassified.
   double budget_seconds = 0;
+  bool hierarchy = true;  // it takes its bytes of the budget first; left out where it would take more than half
   bool embed_geometry = false;
   uint64_t audit_lines = 0;  // that the audit asks; 0: no audit
 
@@ -58,7 +61,7 @@ inline constexpr uint64_t kQuickAuditLines = 50'000;
 
 // Raised whenever the same mesh and options give other bytes than before: what an older revision baked is not up to
 // date. A test holds the hashes of some bakes against it.
-inline constexpr unsigned kBakeRevision = 3;
+inline constexpr unsigned kBakeRevision = 4;
 
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 
@@ -85,6 +88,7 @@ class BakedObject {
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so
   bool out_of_time = false;            // some cells were not classified
+  std::string without_hierarchy;       // why there is none though it was asked for, a clause; else empty
 
  private:
   std::unique_ptr<Arrays> arrays_;

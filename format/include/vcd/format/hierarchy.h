@@ -73,6 +73,7 @@ struct HierarchyView {
 
   explicit operator bool() const { return units != nullptr; }
   const HierarchyHeader& header() const { return *reinterpret_cast<const HierarchyHeader*>(units); }
+  Bytes bytes() const { return units ? Bytes(units, size_t{header().units} * kUnitBytes) : Bytes(); }
   const std::byte* at(uint32_t child) const { return units + size_t{child & kUnitMask} * kUnitBytes; }
   const HierarchyNode& node(uint32_t child) const { return *reinterpret_cast<const HierarchyNode*>(at(child)); }
   const SmallLeaf& small_leaf(uint32_t child) const { return *reinterpret_cast<const SmallLeaf*>(at(child)); }

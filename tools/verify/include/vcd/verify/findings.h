@@ -19,6 +19,8 @@ namespace vcd::verify {
   X(mesh_unreadable, "mesh-unreadable", error, "the mesh to hold the sidecar against cannot be read", "")              \
   X(mesh_counts, "mesh-counts", error, "an object's triangle and vertex counts are not its mesh's", "OBJT section")    \
   X(box_padding, "box-padding", error, "an object's box is not padded around its mesh as it must be", "Box")           \
+  X(hierarchy_triangles, "hierarchy-triangles", error,                                                                 \
+    "an object's hierarchy does not hold the triangles of its mesh, each once", "HIER section")                        \
   X(wrong_proven_answer, "wrong-proven-answer", error, "an answer that is given as proven is wrong", "conventions.md") \
   X(wrong_answer_rate, "wrong-answer-rate", error, "more answers are wrong than the method is allowed",                \
     "conventions.md")                                                                                                  \

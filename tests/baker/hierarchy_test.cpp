@@ -1,0 +1,260 @@
+// The hierarchy that the baker builds: its triangles, its boxes, the same bytes always, and meshes that are hard to
+// divide.
+#include <vcd/baker/hierarchy.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include <vcd/baker/bake.h>
+#include <vcd/baker/threads.h>
+#include <vcd/format/contents.h>
+
+#include "hierarchy/binary_tree.h"
+#include "hierarchy/blocking_order.h"
+#include "hierarchy/collapse.h"
+#include "hierarchy/wide_tree.h"
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd::test {
+using namespace baker;
+namespace {
+
+using Corners = std::array<Position, 3>;  // ascending
+
+Corners ascending(Corners t) {
+  std::ranges::sort(t);
+  return t;
+}
+
+void add_triangles(const HierarchyView& hierarchy, uint32_t unit, std::vector<Corners>& triangles) {
+  for (const uint32_t child : hierarchy.node(unit).child) {
+    if (child == kNoChild) return;
+    if (!(child & kLeaf)) {
+      add_triangles(hierarchy, child, triangles);
+      continue;
+    }
+    with_leaf(hierarchy, child, [&](const auto& leaf) {
+      for (int t = 0; t < std::popcount(leaf.present); ++t) {
+        Corners corners;
+        for (size_t c = 0; c < 3; ++c)
+          for (size_t a = 0; a < 3; ++a) corners[c][a] = leaf.vertex[a][leaf.corner[c][t]];
+        triangles.push_back(ascending(corners));
+      }
+    });
+  }
+}
+
+std::vector<Corners> triangles_of(const HierarchyView& hierarchy) {
+  std::vector<Corners> triangles;
+  add_triangles(hierarchy, kRootUnit, triangles);
+  std::ranges::sort(triangles);
+  return triangles;
+}
+
+std::vector<Corners> triangles_of(const PreparedMesh& mesh) {
+  std::vector<Corners> triangles;
+  for (const TriangleIndices& t : mesh.triangles)
+    triangles.push_back(ascending({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]}));
+  std::ranges::sort(triangles);
+  return triangles;
+}
+
+bool equal(const HierarchySection& a, const HierarchySection& b) {
+  return std::ranges::equal(bytes_of(a), bytes_of(b));
+}
+
+// Builds the mesh's hierarchy, and looks at all that the format and the mesh demand of it.
+HierarchySection must_build(const PreparedMesh& mesh) {
+  EXPECT_TRUE(can_have_hierarchy(mesh));
+  const auto section = build_hierarchy(mesh);
+  if (!section || section->empty()) throw std::runtime_error("no hierarchy");
+  const auto fault = check_hierarchy(bytes_of(*section), CheckLevel::canonical);
+  EXPECT_FALSE(fault) << static_cast<int>(fault->kind) << " at unit " << fault->unit;
+  EXPECT_EQ(triangles_of(view_of(*section)), triangles_of(mesh));
+  return *section;
+}
+HierarchySection must_build(SourceMesh source) { return must_build(*prepare(std::move(source))); }
+
+double bytes_a_triangle(const HierarchySection& section) {
+  return static_cast<double>(bytes_of(section).size()) / static_cast<double>(view_of(section).header().triangle_count);
+}
+
+TEST(Hierarchy, HoldsEveryTriangleOnceAndItsBoxesExactly) {
+  EXPECT_LE(bytes_a_triangle(must_build(sphere(60, 120))), 40);
+  EXPECT_LE(bytes_a_triangle(must_build(leaves(3000))), 90);  // which share no vertices
+  must_build(cube());
+}
+
+TEST(Hierarchy, OfOneTriangleIsARootWithOneLeaf) {
+  const HierarchySection section = must_build(triangle());
+  const HierarchyHeader& header = view_of(section).header();
+  EXPECT_EQ(header.node_count, 1u);
+  EXPECT_EQ(header.leaf_count, 1u);
+  EXPECT_EQ(header.levels, 1u);
+  EXPECT_EQ(section.size(), 1u + 7 + 4);
+}
+
+TEST(Hierarchy, IsTheSameOnAnyNumberOfThreads) {
+  const PreparedMesh mesh = *prepare(sphere(200, 400));  // large enough for what threads do together
+  ASSERT_GT(mesh.triangles.size(), 1u << 17);
+  const auto build = [&](unsigned threads) { return with_threads(threads, [&] { return *build_hierarchy(mesh); }); };
+  const HierarchySection one = build(1);
+  for (unsigned threads : {2, 3, 8}) EXPECT_TRUE(equal(build(threads), one)) << threads;
+}
+
+TEST(Hierarchy, DoesNotDependOnTheOrderOfTheInput) {
+  const SourceMesh mesh = sphere();
+  SourceMesh other = mesh;
+  std::mt19937 random(1);
+  std::vector<uint32_t> order(mesh.positions.size());
+  for (uint32_t i = 0; i < order.size(); ++i) order[i] = i;
+  std::ranges::shuffle(order, random);
+  for (uint32_t i = 0; i < order.size(); ++i) other.positions[order[i]] = mesh.positions[i];
+  for (TriangleIndices& t : other.triangles) t = {order[t[1]], order[t[2]], order[t[0]]};
+  std::ranges::shuffle(other.triangles, random);
+  EXPECT_TRUE(equal(must_build(std::move(other)), must_build(SourceMesh(mesh))));
+}
+
+// Ten thousand triangles around one point: no plane divides their centroids.
+TEST(Hierarchy, DividesCoincidentCentroids) {
+  SourceMesh mesh{"star", 0, {}, {}};
+  std::mt19937 random(7);
+  const auto whole = [&] { return static_cast<float>(static_cast<int>(random() % 4001) - 2000); };
+  for (uint32_t i = 0; i < 10'000; ++i) {
+    // The box of a and -a has its middle at the origin, and b lies within it.
+    const Position a = {whole(), whole(), 2001};
+    mesh.positions.insert(mesh.positions.end(), {a, {-a[0], -a[1], -a[2]}, {a[0] / 2, a[1] / 4, a[2] / 8}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  const HierarchySection section = must_build(std::move(mesh));
+  EXPECT_LE(view_of(section).header().levels, 8u);
+}
+
+TEST(Hierarchy, TakesSliversAndFans) {
+  SourceMesh fan{"fan", 0, {{0, 0, 0}}, {}};
+  for (uint32_t i = 0; i <= 5000; ++i) {
+    const double angle = i * 1e-3;
+    fan.positions.push_back({static_cast<float>(1000 * std::cos(angle)), static_cast<float>(1000 * std::sin(angle)),
+                             static_cast<float>(i % 3)});
+    if (i > 0) fan.triangles.push_back({0, i, i + 1});
+  }
+  must_build(std::move(fan));
+  SourceMesh slivers{"slivers", 0, {}, {}};
+  std::mt19937 random(3);
+  for (uint32_t i = 0; i < 4000; ++i) {
+    const auto y = static_cast<float>(random() % 1000), z = static_cast<float>(random() % 1000);
+    slivers.positions.insert(slivers.positions.end(), {{-1000, y, z}, {1000, y, z}, {0, y + 1e-3f, z}});
+    slivers.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  must_build(std::move(slivers));
+}
+
+// Each triangle half as large and half as far as the one before: the heuristic would cut off one after the other.
+TEST(Hierarchy, StaysWithinTheLevelsOnAnyScale) {
+  SourceMesh mesh{"scales", 0, {}, {}};
+  for (uint32_t i = 0; i < 120; ++i) {
+    const float x = std::ldexp(1.0f, 20 - static_cast<int>(i));
+    for (uint32_t k = 0; k < 17; ++k) {  // more than a leaf of each
+      const uint32_t first = static_cast<uint32_t>(mesh.positions.size());
+      mesh.positions.insert(mesh.positions.end(), {{x, 0, x * static_cast<float>(k)}, {1.5f * x, 0, 0}, {x, x / 2, 0}});
+      mesh.triangles.push_back({first, first + 1, first + 2});
+    }
+  }
+  const PreparedMesh prepared = *prepare(std::move(mesh));
+  Stop never({});
+  const BinaryTree tree = build_binary_tree(prepared, never);
+  std::vector<uint32_t> depth(tree.nodes.size());
+  for (uint32_t i = 0; i < tree.nodes.size(); ++i)
+    if (!tree.is_leaf(i)) depth[tree.left(i)] = depth[tree.right(i)] = depth[i] + 1;
+  const uint32_t deepest = *std::ranges::max_element(depth);
+  EXPECT_GT(deepest, 40u) << "the mesh is not as hard as it was meant";
+  EXPECT_LE(deepest, kMostLevels);
+  must_build(prepared);
+}
+
+TEST(Hierarchy, IsOfMeshesWithinTheLimitsOnly) {
+  const auto scaled = [](float scale) {
+    SourceMesh mesh = sphere(6, 8);
+    for (Position& p : mesh.positions)
+      for (float& x : p) x *= scale;
+    return *prepare(std::move(mesh));
+  };
+  for (const float scale : {kLeastHierarchyCoordinate, kMostHierarchyCoordinate}) must_build(scaled(scale));
+  EXPECT_FALSE(can_have_hierarchy(scaled(kLeastHierarchyCoordinate / 2)));
+  EXPECT_FALSE(can_have_hierarchy(scaled(kMostHierarchyCoordinate * 2)));
+}
+
+TEST(Hierarchy, EndsEarlyWhenItIsStopped) {
+  const PreparedMesh mesh = *prepare(sphere(60, 120));
+  for (int after : {0, 1, 5, 50}) {
+    std::atomic<int> asked = 0;
+    EXPECT_FALSE(build_hierarchy(mesh, [&] { return asked++ >= after; })) << after;
+  }
+}
+
+// A wall of many triangles, and dust behind it that hardly ever blocks.
+TEST(Hierarchy, PutsWhatBlocksFirst) {
+  SourceMesh mesh = leaves(0);
+  std::mt19937 random(5);
+  const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+  const auto add = [&](Position p, float size) {
+    const auto first = static_cast<uint32_t>(mesh.positions.size());
+    mesh.positions.insert(mesh.positions.end(), {p, {p[0] + size, p[1], p[2]}, {p[0], p[1] + size, p[2] + size / 4}});
+    mesh.triangles.push_back({first, first + 1, first + 2});
+  };
+  for (int i = 0; i < 400; ++i) add({uniform(), uniform(), 0.01f * uniform()}, 0.002f);
+  for (int i = 0; i < 400; ++i) add({uniform(), uniform(), 1 + 0.01f * uniform()}, 0.2f);
+  const PreparedMesh prepared = *prepare(std::move(mesh));
+  const HierarchySection section = must_build(prepared);
+  const HierarchyNode& root = view_of(section).node(kRootUnit);
+  EXPECT_GT(root.max[2][0], 0.5f) << "dust comes first";
+}
+
+TEST(Hierarchy, IsWrittenAndReadInEitherStorage) {
+  const PreparedMesh mesh = *prepare(sphere());
+  const HierarchySection section = must_build(mesh);
+  for (const Method method : {Method::sampled, Method::none}) {
+    BakeOptions options = quick(2);
+    options.method = method;
+    for (const bool asked : {true, false}) {
+      options.hierarchy = asked;
+      const auto baked = bake(mesh, options);
+      ASSERT_TRUE(baked.ok());
+      EXPECT_EQ(baked->without_hierarchy, "");
+      for (const Storage storage : {Storage::raw, Storage::zstd}) {
+        const auto bytes = sidecar_bytes({&*baked}, storage);
+        std::vector<Finding> findings;
+        const auto contents = read_sidecar(bytes, CheckLevel::canonical, findings);
+        ASSERT_TRUE(contents.has_value()) << describe(findings[0]);
+        EXPECT_TRUE(std::ranges::equal(contents->objects[0].hierarchy.bytes(), asked ? bytes_of(section) : Bytes()));
+      }
+    }
+  }
+}
+
+TEST(Hierarchy, TakesItsBytesOfTheBudgetOrIsLeftOut) {
+  const PreparedMesh mesh = *prepare(sphere());
+  const uint64_t bytes = bytes_of(must_build(mesh)).size();
+  BakeOptions options = proven(4);
+  const uint64_t whole = sidecar_bytes({&*bake(mesh, options)}).size();
+  options.budget_bytes = whole - 4096;
+  const auto smaller = bake(mesh, options);
+  ASSERT_TRUE(smaller.ok());
+  EXPECT_EQ(smaller->without_hierarchy, "");
+  EXPECT_FALSE(smaller->to_write().hierarchy.empty());
+  EXPECT_GT(smaller->cells_demoted, 0u);
+  EXPECT_LE(sidecar_bytes({&*smaller}).size(), options.budget_bytes);
+  options.budget_bytes = 2 * bytes - 1;
+  const auto without = bake(mesh, options);
+  ASSERT_TRUE(without.ok());
+  EXPECT_NE(without->without_hierarchy, "");
+  EXPECT_TRUE(without->to_write().hierarchy.empty());
+}
+
+}  // namespace
+}  // namespace vcd::test
