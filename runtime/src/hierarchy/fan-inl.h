@@ -80,12 +80,7 @@ class FanTracer {
     return reach >= 0x1p-20f && reach <= 0x1p30f && farthest <= 64 * reach;
   }
 
-  Segment segment(size_t i) const {
-    return {{fan_.origin[0], fan_.origin[1], fan_.origin[2]},
-            0.0f,
-            {fan_.direction[0][i], fan_.direction[1][i], fan_.direction[2][i]},
-            1.0f};
-  }
+  Segment segment(size_t i) const { return segment_of(fan_, i); }
 
   void trace_alone(const SampleBits& which) {
     which.for_each([&](size_t i) HWY_ATTR {

@@ -17,7 +17,15 @@ struct Fan {
   SampleBits live;
 };
 
+inline Segment segment_of(const Fan& fan, size_t i) {
+  return {{fan.origin[0], fan.origin[1], fan.origin[2]},
+          0.0f,
+          {fan.direction[0][i], fan.direction[1][i], fan.direction[2][i]},
+          1.0f};
+}
+
 // Those that some triangle meets: what occluded_scalar() says of each.
+SampleBits occluded_array_scalar(const Traced& object, const Segment* segments, const SampleBits& live) noexcept;
 SampleBits occluded_fan_scalar(const Traced& object, const Fan& fan) noexcept;
 
 }  // namespace vcd

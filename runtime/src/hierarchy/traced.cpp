@@ -65,15 +65,15 @@ bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept {
   return false;
 }
 
+SampleBits occluded_array_scalar(const Traced& object, const Segment* segments, const SampleBits& live) noexcept {
+  SampleBits blocked{};
+  live.for_each([&](size_t i) { blocked.set(i, occluded_scalar(object, segments[i])); });
+  return blocked;
+}
+
 SampleBits occluded_fan_scalar(const Traced& object, const Fan& fan) noexcept {
   SampleBits blocked{};
-  fan.live.for_each([&](size_t i) {
-    const Segment s{{fan.origin[0], fan.origin[1], fan.origin[2]},
-                    0.0f,
-                    {fan.direction[0][i], fan.direction[1][i], fan.direction[2][i]},
-                    1.0f};
-    blocked.set(i, occluded_scalar(object, s));
-  });
+  fan.live.for_each([&](size_t i) { blocked.set(i, occluded_scalar(object, segment_of(fan, i))); });
   return blocked;
 }
 

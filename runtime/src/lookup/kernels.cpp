@@ -38,8 +38,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &BoxesInBeam,
                                   &MeasureChunk,
                                   &ToObject,
-                                  &Occluded,
-                                  &OccludedFan};
+                                  {&Occluded, &OccludedArray, &OccludedFan}};
   return kernels;
 }
 const Kernels& TargetKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }

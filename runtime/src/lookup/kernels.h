@@ -53,6 +53,14 @@ struct PlacedBundle {
   const float* const (&directions)[3];
 };
 
+// Of hierarchies.
+struct TraceKernels {
+  bool (*one)(const Traced&, const Segment&) noexcept;
+  // Those of `live` that are blocked; of at most kChunk segments.
+  SampleBits (*array)(const Traced&, const Segment*, const SampleBits& live) noexcept;
+  SampleBits (*fan)(const Traced&, const Fan&) noexcept;
+};
+
 struct Kernels {
   const char* name;                             // as kernels() in <vcd/runtime/sidecar.h> lists it
   std::array<TreeKernels, kMaxDepth> at_depth;  // depth - 1
@@ -69,9 +77,7 @@ struct Kernels {
   void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3],
                     float* const (&direction)[3]) noexcept;
 
-  // Of hierarchies.
-  bool (*occluded)(const Traced&, const Segment&) noexcept;
-  SampleBits (*occluded_fan)(const Traced&, const Fan&) noexcept;
+  TraceKernels trace;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar set.

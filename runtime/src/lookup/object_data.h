@@ -20,7 +20,8 @@ struct ObjectData {
   const ObjectRecord* record;
   std::string_view name;
   Traced traced;  // its hierarchy, if it has one
-  bool (*occluded_one)(const Traced&, const Segment&) noexcept;
+  const TraceKernels* trace;
+  bool look_up_first[3];  // by From: whether to look up before the hierarchy is asked
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
 };

@@ -30,6 +30,13 @@ class SampleBits {
       bits.words_[w] = ~uint64_t{0} >> (64 - std::min<size_t>(64, count - 64 * w));
     return bits;
   }
+  template <size_t kCount>
+  static SampleBits of(const uint64_t (&words)[kCount]) {
+    static_assert(kCount == kWords);
+    SampleBits bits;
+    std::copy_n(words, kWords, bits.words_.begin());
+    return bits;
+  }
   static SampleBits just(size_t i) {
     SampleBits bits{};
     bits.set(i);

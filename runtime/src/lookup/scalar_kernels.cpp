@@ -101,8 +101,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &boxes_in_beam,
                                   &measure,
                                   &to_object,
-                                  &occluded_scalar,
-                                  &occluded_fan_scalar};
+                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar}};
   return kernels;
 }
 
