@@ -45,13 +45,12 @@ HWY_INLINE uint32_t children_met(const HierarchyNode& node, const NearRay& ray) 
 // what is in doubt is decided exactly.
 //
 // Leaf errors. The line passes within 2 δ of the leaf's box, whose longest side is L, so that sheared coordinates are
-// at most X = 2 L + 8 δ, and a vertex is within |z| + X of the origin. Where the origin is wrong by less than δ0,
-// sheared coordinates are wrong by less than 2 δ0 + u (4 |z| + 3 X), less than δ' = 2 δ0 + 8 u (|z| + X). A side, C_x
-// B_y - C_y B_x, is then wrong by less than 4 X δ' + 2 δ'² + 4 u X², less than E = 5 X δ' + 2 δ'². At first δ stands
-// for δ': z is at most 2 M and δ0 at most 2 u M. What that leaves over is looked at more closely.
-// Where all three sides are beyond E, the hit's s is Σ side · z / Σ side. The weights are wrong by 6 E / |det| in all,
-// which counts L; z, and rounding, by less than 3 δ': 3 δ' |det| + 8 E L, and 2^-120 for what underflows. No s of a
-// triangle is beyond those of its corners.
+// at most X = 2 L + 8 δ, and a vertex is within Z = |z of the first| + L + X of the origin. Where the origin is wrong
+// by less than δ0, sheared coordinates are wrong by less than 2 δ0 + u (4 |z| + 3 X), less than δ' = 2 δ0 + 8 u Z. A
+// side, C_x B_y - C_y B_x, is then wrong by less than 4 X δ' + 2 δ'² + 4 u X², less than E = 5 X δ' + 2 δ'². Where all
+// three sides are beyond E, the hit's s is Σ side · z / Σ side. The weights are wrong by 6 E / |det| in all, which
+// counts L; z, and rounding, by less than 3 δ': 3 δ' |det| + 8 E L, and 2^-120 for what underflows. No s of a triangle
+// is beyond those of its corners.
 template <uint32_t kVertices>
 HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& ray, const HierarchyView& view,
                            uint32_t child, const Segment& segment) {
@@ -68,8 +67,10 @@ HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& 
     x.set(i, hn::NegMulAdd(shear_x, height, hn::Sub(hn::Load(d, leaf.vertex[x_axis] + i), x0)));
     y.set(i, hn::NegMulAdd(shear_y, height, hn::Sub(hn::Load(d, leaf.vertex[y_axis] + i), y0)));
   }
-  const float slack = ray.slack, edge = 10 * slack * (leaf.extent + 5 * slack);
-  const auto error = hn::Set(d, edge), minus = hn::Set(d, -edge);
+  const float extent = leaf.extent, coordinate = 2 * extent + 8 * ray.slack;                                  // X
+  const float reach = std::abs(leaf.vertex[z_axis][0] - ray.origin[z_axis]) + extent + coordinate;            // Z
+  const float local = 2 * ray.origin_error + 0x1p-21f * reach, limit = local * (5 * coordinate + 2 * local);  // δ', E
+  const auto error = hn::Set(d, limit), minus = hn::Set(d, -limit);
   uint32_t doubtful = 0;
   for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
     const auto a = corner_indices(leaf.corner[0] + i), b = corner_indices(leaf.corner[1] + i),
@@ -81,27 +82,23 @@ HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& 
     const uint32_t present = leaf.present >> i & ((1u << hn::Lanes(d)) - 1);
     const uint32_t possible = lane_bits(d, hn::Or(hn::Ge(least, minus), hn::Le(most, error))) & present;
     if (HWY_LIKELY(possible == 0)) continue;
+    const auto inside = hn::Or(hn::Ge(least, error), hn::Le(most, minus));
     const auto along = hn::Set(d, sign);
     const auto az = hn::Mul(z.at(a), along), bz = hn::Mul(z.at(b), along), cz = hn::Mul(z.at(c), along);
-    const auto nearest = hn::Min(az, hn::Min(bz, cz)), farthest = hn::Max(az, hn::Max(bz, cz));
-    const auto coordinate = hn::MulAdd(hn::Set(d, 8.0f), hn::Set(d, slack), hn::Set(d, 2 * leaf.extent));  // X
-    const auto reach = hn::Add(hn::Max(hn::Abs(nearest), hn::Abs(farthest)), coordinate);
-    const auto local = hn::MulAdd(hn::Set(d, 0x1p-21f), reach, hn::Set(d, 2 * ray.origin_error));        // δ'
-    const auto limit = hn::Mul(local, hn::MulAdd(hn::Set(d, 5.0f), coordinate, hn::Add(local, local)));  // E
-    const auto inside = hn::Or(hn::Ge(least, limit), hn::Le(most, hn::Neg(limit)));
-    const auto outside = hn::And(hn::Lt(least, hn::Neg(limit)), hn::Gt(most, limit));
     const auto det = hn::Add(u, hn::Add(v, w)), size = hn::Abs(det);
     const auto t = hn::Xor(hn::MulAdd(u, az, hn::MulAdd(v, bz, hn::Mul(w, cz))), hn::And(det, hn::Set(d, -0.0f)));
     const auto first = hn::Set(d, ray.first), last = hn::Set(d, ray.last);
     const auto after = hn::NegMulAdd(size, first, t), before = hn::MulSub(size, last, t);
-    const auto wrong = hn::MulAdd(hn::Set(d, 3.0f), local, hn::Set(d, ray.last_error));
-    const auto margin = hn::MulAdd(limit, hn::Set(d, 8 * leaf.extent), hn::Set(d, 0x1p-120f));
-    const auto room = hn::MulAdd(size, wrong, margin);
-    const auto yes = hn::And(inside, hn::And(hn::Ge(after, room), hn::Ge(before, room)));
-    if (lane_bits(d, yes) & possible) return true;
-    const auto beside = hn::And(inside, hn::Or(hn::Lt(after, hn::Neg(room)), hn::Lt(before, hn::Neg(room))));
-    const auto beyond = hn::Or(hn::Lt(hn::Add(farthest, wrong), first), hn::Gt(hn::Sub(nearest, wrong), last));
-    doubtful |= (possible & ~lane_bits(d, hn::Or(outside, hn::Or(beside, beyond)))) << i;
+    const float wrong = 3 * local + ray.last_error;
+    const auto room = hn::MulAdd(size, hn::Set(d, wrong), hn::Set(d, 8 * limit * extent + 0x1p-120f));
+    const auto spare = hn::Min(after, before);
+    if (lane_bits(d, hn::And(inside, hn::Ge(spare, room))) & possible) return true;
+    const uint32_t left = possible & ~lane_bits(d, hn::And(inside, hn::Lt(spare, hn::Neg(room))));
+    if (HWY_LIKELY(left == 0)) continue;
+    const auto margin = hn::Set(d, wrong), nearest = hn::Min(az, hn::Min(bz, cz)),
+               farthest = hn::Max(az, hn::Max(bz, cz));
+    const auto beyond = hn::Or(hn::Lt(hn::Add(farthest, margin), first), hn::Gt(hn::Sub(nearest, margin), last));
+    doubtful |= (left & ~lane_bits(d, beyond)) << i;
   }
   return HWY_UNLIKELY(doubtful != 0) && meets_some(view, child, doubtful, segment);
 }
