@@ -78,6 +78,10 @@ class SampleBits {
     for (size_t w = 0; w < kWords; ++w) words_[w] &= other.words_[w];
     return *this;
   }
+  SampleBits operator&(const SampleBits& other) const {
+    SampleBits bits = *this;
+    return bits &= other;
+  }
   SampleBits without(const SampleBits& other) const {
     SampleBits bits = *this;
     for (size_t w = 0; w < kWords; ++w) bits.words_[w] &= ~other.words_[w];

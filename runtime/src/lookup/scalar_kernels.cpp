@@ -85,7 +85,7 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
     const Segment& segment = segments[pair.segment];
     const Located at = PlacedGrid{scene.to_grid[pair.instance]}.locate_with_length(segment);
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
-    answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), at.length);
+    answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), place, at.length);
   });
 }
 

@@ -10,6 +10,7 @@
 #include "scene/beams.h"
 #include "scene/bits_by_instance.h"
 #include "scene/scene_state.h"
+#include "scene/trusted.h"
 #include "scene/walk.h"
 
 namespace vcd {
@@ -37,6 +38,7 @@ struct Chunk {
   BitsByInstance<64> left;         // where something is: what waits to be traced
   BitsByInstance<kChunk> self;     // the segments that begin on an instance
   SegmentColumns<kChunk> columns;  // in the world
+  SampleBits odd{};                // those that are not trusted: <trusted.h>
 
   Chunk(size_t first_, size_t count_) : first(first_), count(count_), all(SampleBits::first(count_)) {}
   SampleBits live() const { return all.without(blocked); }
@@ -59,23 +61,41 @@ void fill(SegmentColumns<kChunk>& columns, const SphereBundle& b, const BundleCh
   columns.pad(chunk.count);
 }
 
-// The caller's own hierarchy is asked of one instance.
-void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+// The caller's own hierarchy is asked of one instance, in the world or in the object's frame.
+void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits, bool in_world) {
   if (!bits.any()) return;
   const SceneData& data = asked.scene.data;
   SegmentColumns<kChunk> columns;
   uint32_t indices[kChunk];
   size_t count = 0;
+  const bool one_by_one = !in_world && (bits & chunk.odd).any();
   bits.for_each([&](size_t i) {
-    columns.set(count, segment_at(chunk.columns.view(i, 1), 0));
+    const Segment s = segment_at(chunk.columns.view(i, 1), 0);
+    columns.set(count, one_by_one ? *asked.scene.in_object(instance, s) : s);
     indices[count++] = static_cast<uint32_t>(chunk.first + i);
   });
-  asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], columns.view(0, columns.pad(count)),
-                                 {columns.origin[0], columns.origin[1], columns.origin[2]},
-                                 {columns.direction[0], columns.direction[1], columns.direction[2]});
+  const SegmentArrays runs = columns.view(0, columns.pad(count));
+  if (!in_world && !one_by_one)
+    asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], runs,
+                                   {columns.origin[0], columns.origin[1], columns.origin[2]},
+                                   {columns.direction[0], columns.direction[1], columns.direction[2]});
   uint8_t blocked[kChunk] = {};
-  (*asked.trace)({instance, columns.view(0, count), indices, blocked});
+  (*asked.trace)({instance, columns.view(0, count), indices, blocked, in_world});
   for (size_t k = 0; k < count; ++k) chunk.blocked.set(indices[k] - chunk.first, blocked[k] != 0);
+}
+
+// In the object's frame where that can hold the segments.
+void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  SampleBits in_world{};
+  if (has_inverse(asked.scene.data.to_grid[instance])) {
+    (bits & chunk.odd).for_each([&](size_t i) {
+      if (!asked.scene.in_object(instance, segment_at(chunk.columns.view(i, 1), 0))) in_world.set(i);
+    });
+  } else {
+    in_world = bits;
+  }
+  trace(asked, chunk, instance, bits.without(in_world), false);
+  trace(asked, chunk, instance, in_world, true);
 }
 
 // All that waits.
@@ -132,7 +152,7 @@ void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t fi
   leave(asked, chunk, instance, answers.unclassified);
 }
 
-// Runs as one beam through the hierarchy; false if they have too little in common.
+// Runs of trusted segments as one beam through the hierarchy; false if they have too little in common.
 bool run_together(const Asked& asked, Chunk& chunk, size_t first_run, size_t runs) {
   const auto beam = beam_of(chunk.columns, first_run * kRun, runs * kRun);
   if (!beam) return false;
@@ -175,19 +195,22 @@ void find_self(const Asked& asked, Chunk& chunk) {
 
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
-  for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
+  for (size_t i = 0; i < chunk.count; ++i) {
+    chunk.columns.set(i, segments[i]);
+    chunk.odd.set(i, !is_trusted(segments[i]));
+  }
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
   chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
   trace_left(asked, chunk);
-  if (!run_together(asked, chunk, 0, runs))
+  if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
     for (size_t r = 0; r < runs; ++r)
-      if (chunk.live().run(r) != 0 && (runs == 1 || !run_together(asked, chunk, r, 1)))
+      if (chunk.live().run(r) != 0 && (runs == 1 || chunk.odd.run(r) != 0 || !run_together(asked, chunk, r, 1)))
         run_alone(asked, chunk, segments, r);
   trace_left(asked, chunk);
 }
 
-// The frame is usable, the samples placed, measured and finite.
+// The frame is usable, the samples placed, measured and trusted.
 template <class Bundle>
 void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFrame& frame,
             const BundleChunk& samples) {
@@ -223,7 +246,7 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
     place(bundle, frame, samples);
     asked.scene.kernels->measure(samples);
     Chunk chunk(samples.first, samples.count);
-    if (frame.usable && is_finite(frame, samples)) {
+    if (frame.usable && is_trusted(frame, samples)) {
       answer(asked, chunk, bundle, frame, samples);
     } else {
       std::array<Segment, kChunk> segments;

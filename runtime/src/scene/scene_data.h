@@ -16,7 +16,7 @@ struct SceneData {
   std::vector<ToGrid> to_grid;
   std::vector<ToFrame> to_frame;
   std::vector<LookUp> objects;  // tree null: without a sidecar that answers
-  std::vector<uint32_t> masks;
+  std::vector<uint32_t> masks;  // 0: absent
 };
 
 }  // namespace vcd

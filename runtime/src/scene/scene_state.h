@@ -15,9 +15,13 @@ namespace vcd {
 struct Scene::State {
   SceneData data;
   std::vector<SceneInstance> instances;
+  std::vector<InstanceUse> uses;
   const Kernels* kernels;
 
-  std::optional<Error> set(std::span<const Transform> to_world);
+  // As many as instances.
+  void set(std::span<const Transform> to_world);
+  // Scene::in_object().
+  std::optional<Segment> in_object(uint32_t instance, const Segment& segment) const noexcept;
 };
 
 }  // namespace vcd
