@@ -4,8 +4,6 @@
 #include <array>
 #include <cassert>
 #include <cstdint>
-#include <cstdio>
-#include <cstdlib>
 #include <new>
 #include <utility>
 #include <vector>
@@ -42,11 +40,6 @@ constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint
 
 Visibility unclassified_one(const GridFrame&, const TreeView&, const Segment&) noexcept {
   return Visibility::unclassified;
-}
-// What is asked of an object without a hierarchy has no answer.
-[[noreturn]] void fail_without_hierarchy() noexcept {
-  std::fputs("vcd: occluded() of an object without a hierarchy, see Object::has_hierarchy()\n", stderr);
-  std::abort();
 }
 constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },

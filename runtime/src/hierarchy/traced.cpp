@@ -2,6 +2,8 @@
 
 #include <array>
 #include <bit>
+#include <cstdio>
+#include <cstdlib>
 
 #include <vcd/format/meets.h>
 #include <vcd/format/wide_ray.h>
@@ -17,6 +19,11 @@ bool may_meet(const WideRay& ray, const HierarchyNode& node, uint32_t child) {
 }
 
 }  // namespace
+
+void fail_without_hierarchy() noexcept {
+  std::fputs("vcd: occluded() of an object without a hierarchy, see has_hierarchy()\n", stderr);
+  std::abort();
+}
 
 Traced traced(const HierarchyView& view) {
   Traced t{view};

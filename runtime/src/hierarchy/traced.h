@@ -14,6 +14,9 @@ struct Traced {
 };
 Traced traced(const HierarchyView& view);
 
+// Ends the program: what is asked of an object without a hierarchy has no answer.
+[[noreturn]] void fail_without_hierarchy() noexcept;
+
 // Whether any triangle meets the segment, exactly: see <vcd/format/meets.h>. In plain C++, for any segment.
 bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept;
 

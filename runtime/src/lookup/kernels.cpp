@@ -22,6 +22,7 @@
 #include "hierarchy/trace-inl.h"
 #include "lookup/arrays-inl.h"
 #include "scene/pairs-inl.h"
+#include "scene/trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -38,6 +39,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &BoxesInBeam,
                                   &MeasureChunk,
                                   &ToObject,
+                                  &OccludedInScene,
                                   {&Occluded, &OccludedArray, &OccludedFan}};
   return kernels;
 }

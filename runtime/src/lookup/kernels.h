@@ -77,6 +77,8 @@ struct Kernels {
   void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3],
                     float* const (&direction)[3]) noexcept;
 
+  bool (*occluded_in_scene)(const SceneData&, const Segment&, const SceneQuery&) noexcept;
+
   TraceKernels trace;
 };
 

@@ -11,6 +11,7 @@
 #include "lookup/grids.h"
 #include "scene/boxes.h"
 #include "scene/pairs.h"
+#include "scene/trace.h"
 #include "scene/walk.h"
 
 namespace vcd {
@@ -89,6 +90,10 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
   });
 }
 
+bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
+  return occluded_in_scene(scene, segment, query, boxes_met, occluded_scalar);
+}
+
 template <uint32_t... kDepths>
 const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
   static const Kernels kernels = {"scalar",
@@ -101,6 +106,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &boxes_in_beam,
                                   &measure,
                                   &to_object,
+                                  &scene_one,
                                   {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar}};
   return kernels;
 }

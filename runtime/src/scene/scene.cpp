@@ -9,30 +9,26 @@
 #include "scene/build_hierarchy.h"
 #include "scene/pairs.h"
 #include "scene/scene_state.h"
-#include "scene/trusted.h"
+#include "scene/trace.h"
 
 namespace vcd {
 
 void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
   for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
+  std::vector<Transform> kept(to_world.begin(), to_world.end());
   data.nodes = build_hierarchy(placed);  // the last that can fail
+  data.to_world = std::move(kept);
+  has_hierarchies = true;
   for (size_t i = 0; i < placed.size(); ++i) {
     const Placed& one = placed[i];
     data.to_grid[i] = one.to_grid;
     data.masks[i] = one.absent ? 0 : instances[i].mask;  // so that nobody asks
+    has_hierarchies &= one.absent || (data.sidecars[i] && data.sidecars[i]->traced.view);
     uses[i] = one.absent                                         ? InstanceUse::absent
               : has_inverse(one.to_grid) && data.objects[i].tree ? InstanceUse::asked
                                                                  : InstanceUse::left;
   }
-}
-
-std::optional<Segment> Scene::State::in_object(uint32_t instance, const Segment& segment) const noexcept {
-  const ToGrid& grid = data.to_grid[instance];
-  const ToFrame& frame = data.to_frame[instance];
-  if (!has_inverse(grid)) return std::nullopt;
-  if (is_trusted(segment)) return in_frame(frame, in_grid(grid, segment));
-  return far_in_frame(grid, frame, segment);
 }
 
 SceneInstance SceneInstance::of(Object object, const Transform& to_world) {
@@ -48,6 +44,10 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 size_t Scene::size() const noexcept { return state_->instances.size(); }
 uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+bool Scene::has_hierarchies() const noexcept { return state_->has_hierarchies; }
+bool Scene::occluded(const Segment& segment, const SceneQuery& query) const noexcept {
+  return state_->kernels->occluded_in_scene(state_->data, segment, query);
+}
 InstanceUse Scene::use(uint32_t instance) const noexcept {
   assert(instance < size());
   return state_->uses[instance];
@@ -66,6 +66,9 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
     const TreeKernels* at_depth =
         tree ? &kernels_for(*tree, *state->kernels).at_depth[instance.object->record().depth - 1u] : nullptr;
     state->data.objects.push_back({tree, at_depth});
+    const ObjectData* const sidecar = instance.object ? instance.object->data_ : nullptr;
+    state->data.sidecars.push_back(sidecar);
+    state->data.look_up_first.push_back(sidecar && sidecar->look_up_first[static_cast<size_t>(From::outside)]);
     transforms.push_back(instance.to_world);
     ToFrame& frame = state->data.to_frame.emplace_back();
     for (int a = 0; a < 3; ++a) {
@@ -107,7 +110,7 @@ void Scene::classify(std::span<const Segment> segments, std::span<Visibility> an
 
 std::optional<Segment> Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
   assert(instance < size());
-  return state_->in_object(instance, segment);
+  return vcd::in_object(state_->data, instance, segment);
 }
 
 Scene::Listed Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,

@@ -20,8 +20,8 @@ struct Scene::State {
 
   // As many as instances.
   void set(std::span<const Transform> to_world);
-  // Scene::in_object().
-  std::optional<Segment> in_object(uint32_t instance, const Segment& segment) const noexcept;
+  // Whether all instances that are not absent have a hierarchy.
+  bool has_hierarchies = true;
 };
 
 }  // namespace vcd

@@ -27,6 +27,13 @@ void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, cons
   }
 }
 
+// Of a trusted segment.
+inline SceneRay scene_ray(const Segment& segment) {
+  SceneRay ray{{}, {}, segment.t_min, segment.t_max};
+  for (int a = 0; a < 3; ++a) ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
+  return ray;
+}
+
 // Leads segments through the hierarchy one by one. ask(pair) may answer at once or later.
 template <class BoxesMet, class Ask>
 void walk_segments(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
@@ -37,8 +44,7 @@ void walk_segments(const SceneData& scene, std::span<const Segment> segments, co
       answers.give_up(s);
       continue;
     }
-    SceneRay ray{{}, {}, segment.t_min, segment.t_max};
-    for (int a = 0; a < 3; ++a) ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
+    const SceneRay ray = scene_ray(segment);
     const uint32_t self = s < query.origins.size() ? query.origins[s] : kNoInstance;
     walk(
         scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },

@@ -131,6 +131,7 @@ class Scene {
   // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one
   // does.
   template <class Fallback>
+  requires std::is_invocable_v<Fallback, uint32_t>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
     const uint32_t self = query.origins.empty() ? kNoInstance : query.origins[0];
     if (self != kNoInstance && (mask(self) & query.mask) != 0 && fallback(self)) return true;
@@ -157,6 +158,16 @@ class Scene {
                 const SceneQuery& query = {}) const;
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
+
+  // The same with no fallback: what no look-up decides, the objects' own hierarchies do, exactly of the segment in the
+  // object's frame (in_object()), or in the world where that frame cannot hold it. All instances that are not absent
+  // need a hierarchy; without one they end the program with a message.
+  bool has_hierarchies() const noexcept;
+  bool occluded(const Segment& segment, const SceneQuery& query = {}) const noexcept;
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
+                const SceneQuery& query = {}) const noexcept;
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
 
   // The look-ups alone: segments that are neither blocked nor unclassified are clear.
   void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
