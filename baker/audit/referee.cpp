@@ -9,7 +9,7 @@
 namespace vcd::baker {
 namespace {
 
-constexpr size_t kLeaf = 4;  // triangles that share a box
+constexpr size_t kLeafChild = 4;  // triangles that share a box
 
 }  // namespace
 
@@ -18,7 +18,7 @@ Referee::Referee(const PreparedMesh& mesh) {
   for (const TriangleIndices& t : mesh.triangles)
     triangles_.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
   size_t leaves = 1;
-  while (leaves * kLeaf < triangles_.size()) leaves *= 2;
+  while (leaves * kLeafChild < triangles_.size()) leaves *= 2;
   boxes_.resize(2 * leaves - 1);
   build(0, 0, triangles_.size());
 }
