@@ -156,7 +156,7 @@ def entries(objects, provenance=((b"a", b"1"), (b"b", b"\xc3\xa9")), extra=()):
     return result + owned + list(extra)
 
 
-def assemble(sections, minor=2):
+def assemble(sections, minor=3):
     end, table, body = 64 + 64 * len(sections), b"", b""
     for s in sections:
         padding = -end % s.alignment
@@ -586,7 +586,7 @@ class Broken(unittest.TestCase):
     def test_reserved_fields(self):
         for at in (32, 64 + 60, self.record + 14):
             self.rejects(patched(self.data, (at, b"\2")), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\2"), (10, b"\3"))).dump()           # ignored in version 2.3
+            VcdFile(patched(self.data, (at, b"\2"), (10, b"\4"))).dump()           # ignored in version 2.4
         VcdFile(assemble(self.entries, minor=0xFFFF)).dump()
 
     def test_table_entries(self):
