@@ -14,6 +14,7 @@ import operator
 import struct
 import subprocess
 import sys
+from fractions import Fraction
 from itertools import combinations, product
 
 from xxh3 import u32, u64, xxh3_64, xxh3_128
@@ -516,8 +517,8 @@ def box_of(points):
 
 
 def rounded_up(x):
-    """The least binary32 that is not below a double of at least 0."""
-    nearest = f32(x)
+    """The least binary32 that is not below a fraction of at least 0."""
+    nearest = f32(float(x))
     return nearest if nearest >= x else _F32.unpack(struct.pack("<I", u32(_F32.pack(nearest), 0) + 1))[0]
 
 
@@ -596,7 +597,7 @@ class Hierarchy:
                    "vertices behind the last one do not repeat it")
         self.triangles += [tuple(vertices[corner] for corner in triangle) for triangle in corners[:n]]
         low, high = box_of(vertices)
-        self.check(extent == max(rounded_up(b - a) for a, b in zip(low, high)), unit, "extent is not the longest side")
+        self.check(extent == max(rounded_up(Fraction(b) - Fraction(a)) for a, b in zip(low, high)), unit, "extent is not the longest side")
         return low, high
 
     def describe(self):
