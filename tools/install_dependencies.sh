@@ -9,11 +9,11 @@ set -euo pipefail
 
 build=(
   g++ cmake ninja-build pkg-config
-  libembree-dev libtbb-dev libboost-dev libdraco-dev libmeshoptimizer-dev
+  libembree-dev libtbb-dev libdraco-dev libmeshoptimizer-dev
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libpugixml-dev
 )
 test=(
-  libgtest-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge
+  libgtest-dev libboost-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge
 )
 lab=(
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium

@@ -91,7 +91,7 @@ class Trace {
 
  private:
   Found child(uint32_t child) {
-    if (!(child & kLeaf)) return node(child);
+    if (!(child & kLeafChild)) return node(child);
     ++steps_;
     return {tree_.with_leaf(child, [&](const auto& leaf) { return is_blocked_by(leaf, ray_); }), 1};
   }
@@ -106,7 +106,7 @@ class Trace {
 void sort_children(HierarchyNode& node, const NodeVisits& visits) {
   std::array<float, kNodeWidth> score;
   for (size_t i = 0; i < kNodeWidth; ++i) {
-    const float least_cost = node.child[i] & kLeaf ? 1 : 2;
+    const float least_cost = node.child[i] & kLeafChild ? 1 : 2;
     score[i] = (static_cast<float>(visits[i].blocked) + 0.5f) / (static_cast<float>(visits[i].steps) + least_cost);
     if (node.child[i] == kNoChild) score[i] = 0;
   }

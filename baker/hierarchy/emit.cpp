@@ -15,9 +15,9 @@ class Emitter {
     const uint32_t unit = take(sizeof node);
     const uint32_t count = child_count(node);
     for (uint32_t i = 0; i < count; ++i)
-      if (node.child[i] & kLeaf) node.child[i] = leaf(node.child[i]);
+      if (node.child[i] & kLeafChild) node.child[i] = leaf(node.child[i]);
     for (uint32_t i = 0; i < count; ++i)
-      if (!(node.child[i] & kLeaf)) node.child[i] = this->node(node.child[i]);
+      if (!(node.child[i] & kLeafChild)) node.child[i] = this->node(node.child[i]);
     put(unit, node);
     return unit;
   }

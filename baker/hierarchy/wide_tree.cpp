@@ -101,8 +101,8 @@ class Maker {
       return flags | static_cast<uint32_t>(leaves.size());
     };
     return content.vertex_count <= kNodeWidth
-               ? add(wide_.small_leaves, make_leaf<kNodeWidth>(mesh_, content, node.box), kLeaf)
-               : add(wide_.large_leaves, make_leaf<kLargeVertices>(mesh_, content, node.box), kLeaf | kLarge);
+               ? add(wide_.small_leaves, make_leaf<kNodeWidth>(mesh_, content, node.box), kLeafChild)
+               : add(wide_.large_leaves, make_leaf<kLargeVertices>(mesh_, content, node.box), kLeafChild | kLargeChild);
   }
 
   const PreparedMesh& mesh_;

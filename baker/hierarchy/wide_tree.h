@@ -23,7 +23,7 @@ struct WideTree {
   template <class F>
   auto with_leaf(uint32_t child, F&& f) const {
     const uint32_t index = (child & kUnitMask) - 1;
-    return child & kLarge ? f(large_leaves[index]) : f(small_leaves[index]);
+    return child & kLargeChild ? f(large_leaves[index]) : f(small_leaves[index]);
   }
 };
 

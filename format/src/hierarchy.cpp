@@ -86,9 +86,9 @@ class Check {
       if (node.child[i] != kNoChild || (canonical_ && child_box(node, i) != Box{}))
         return fail(HierarchyFault::Kind::order, unit);
     for (uint32_t i = 0; i < count; ++i)
-      if ((node.child[i] & kLeaf) && !leaf(node.child[i], child_box(node, i), box)) return false;
+      if ((node.child[i] & kLeafChild) && !leaf(node.child[i], child_box(node, i), box)) return false;
     for (uint32_t i = 0; i < count; ++i) {
-      if (node.child[i] & kLeaf) continue;
+      if (node.child[i] & kLeafChild) continue;
       if (node.child[i] > kUnitMask) return fail(HierarchyFault::Kind::order, unit);
       Box below;
       if (!subtree(node.child[i], level + 1, below)) return false;
@@ -100,7 +100,7 @@ class Check {
 
   bool leaf(uint32_t child, const Box& expected, Box& box) {
     const uint32_t unit = next_;
-    if ((child & ~(kLeaf | kLarge | kUnitMask)) != 0) return fail(HierarchyFault::Kind::order, unit);
+    if ((child & ~(kLeafChild | kLargeChild | kUnitMask)) != 0) return fail(HierarchyFault::Kind::order, unit);
     if (!take(child)) return false;
     ++leaves_;
     if (!canonical_) return true;

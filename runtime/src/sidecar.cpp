@@ -13,6 +13,7 @@
 #include <vcd/format/tree.h>
 
 #include "beam/beam.h"
+#include "hierarchy/fan.h"
 #include "lookup/object_data.h"
 #include "lookup/sample_bits.h"
 
@@ -40,13 +41,15 @@ constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint
 Visibility unclassified_one(const GridFrame&, const TreeView&, const Segment&) noexcept {
   return Visibility::unclassified;
 }
-// Of an object that answers nothing.
-void leave_all(size_t count, uint64_t* blocked, uint64_t* unclassified) {
-  for (size_t first = 0; first < count; first += kChunk) {
-    const size_t some = std::min(kChunk, count - first);
-    SampleBits{}.store(some, blocked + first / 64);
-    SampleBits::first(some).store(some, unclassified + first / 64);
-  }
+constexpr TraceKernels kNoHierarchy = {
+    [](const Traced&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
+    [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
+    [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
+
+bool looks_up_first(const ObjectRecord& record, From from, LookUpFirst how) {
+  if (from == From::self || how == LookUpFirst::never) return false;
+  if (how == LookUpFirst::always) return true;
+  return (record.flags & (from == From::outside ? kLookUpFromOutside : kLookUpFromInside)) != 0;
 }
 
 Error first_error(const std::string& name, std::span<const Finding> findings) {
@@ -58,42 +61,6 @@ Error first_error(const std::string& name, std::span<const Finding> findings) {
 }
 
 }  // namespace
-
-Visibility Object::classify(const Segment& segment) const noexcept {
-  return data_->classify_one(data_->frame, data_->tree, segment);
-}
-
-void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
-  assert(answers.size() >= segments.size());
-  if (!this->answers()) return void(std::fill_n(answers.data(), segments.size(), Visibility::unclassified));
-  const LookUp at = data_->look_up();
-  at.kernels->segments(data_->frame, *at.tree, segments, answers.data());
-}
-
-void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
-  assert(answers.size() >= segments.count);
-  if (!this->answers()) return void(std::fill_n(answers.data(), segments.count, Visibility::unclassified));
-  const LookUp at = data_->look_up();
-  at.kernels->arrays(data_->frame, *at.tree, segments, answers.data());
-}
-
-void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked,
-                      std::span<uint64_t> unclassified) const noexcept {
-  assert(fits(bundle, blocked) && fits(bundle, unclassified));
-  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
-  data_->kernels->quad(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
-}
-
-void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
-                      std::span<uint64_t> unclassified) const noexcept {
-  assert(fits(bundle, blocked) && fits(bundle, unclassified));
-  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
-  data_->kernels->sphere(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
-}
-
-std::string_view Object::name() const noexcept { return data_->name; }
-const ObjectRecord& Object::record() const noexcept { return *data_->record; }
-bool Object::answers() const noexcept { return data_->kernels != nullptr; }
 
 Sidecar::Sidecar(std::unique_ptr<State> state) : state_(std::move(state)) {}
 Sidecar::Sidecar(Sidecar&&) noexcept = default;
@@ -112,14 +79,22 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
   state->kernel = chosen->name;
   for (const ObjectContents& object : state->contents.objects) {
     const ObjectRecord& record = *object.record;
-    ObjectData data{
-        make_grid_frame(record.box_min, record.box_max), object.tree, unclassified_one, nullptr, &record, object.name};
+    ObjectData data{};
+    data.frame = make_grid_frame(record.box_min, record.box_max);
+    data.tree = object.tree;
+    data.classify_one = unclassified_one;
+    data.record = &record, data.name = object.name;
+    data.traced = traced(object.hierarchy);
+    data.trace = object.hierarchy ? &chosen->trace : &kNoHierarchy;
     const auto method = static_cast<Method>(record.method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
       data.classify_one = kClassifyOne[record.depth - 1u];
       data.kernels = &kernels_for(data.tree, *chosen);
     }
     if (options.proven_only) data.tree.answers = answer_table(Trust::proofs, classes_in(record));
+    for (const From from : {From::outside, From::inside, From::self})
+      data.look_up_first[static_cast<size_t>(from)] =
+          data.kernels != nullptr && looks_up_first(record, from, options.look_up);
     state->objects.push_back(data);
   }
   return Sidecar(std::move(state));

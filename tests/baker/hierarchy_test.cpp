@@ -34,7 +34,7 @@ Corners ascending(Corners t) {
 void add_triangles(const HierarchyView& hierarchy, uint32_t unit, std::vector<Corners>& triangles) {
   for (const uint32_t child : hierarchy.node(unit).child) {
     if (child == kNoChild) return;
-    if (!(child & kLeaf)) {
+    if (!(child & kLeafChild)) {
       add_triangles(hierarchy, child, triangles);
       continue;
     }

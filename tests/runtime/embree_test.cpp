@@ -119,7 +119,7 @@ class EmbreeScene : public testing::Test {
     }
     for (const Segment& s : segments_) {
       bool blocked = false;
-      for (uint32_t i = 0; i < instances_.size(); ++i) blocked |= tracers_[i % 2].occluded(scene_->in_object(i, s));
+      for (uint32_t i = 0; i < instances_.size(); ++i) blocked |= tracers_[i % 2].occluded(*scene_->in_object(i, s));
       truth_.push_back(blocked);
     }
   }

@@ -246,30 +246,15 @@ TEST(Scene, MovesItsInstances) {
   fresh->classify(segments, b);
   EXPECT_EQ(a, b);
   EXPECT_TRUE(moved->set_transforms(std::span(transforms).first(3)).has_value());
-  transforms[7].rows[1][1] = std::numeric_limits<float>::quiet_NaN();
-  const auto refused = moved->set_transforms(transforms);
-  ASSERT_TRUE(refused.has_value());
-  EXPECT_NE(refused->message.find("instance 7"), std::string::npos);
   moved->classify(segments, b);
   EXPECT_EQ(a, b);  // nothing has changed
 }
 
-TEST(Scene, RefusesWhatCannotBePlaced) {
+TEST(Scene, RefusesKernelsThatThereAreNotAndMayBeEmpty) {
   const Forest forest(2, kSpread, 0, 3);
-  const auto refused = [&](const auto& spoil) {
-    auto instances = forest.instances;
-    spoil(instances[1]);
-    const auto scene = Scene::build(instances);
-    return !scene.ok() && scene.error().code == ErrorCode::usage &&
-           scene.error().message.find("instance 1") != std::string::npos;
-  };
-  EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world.rows[0][3] = std::numeric_limits<float>::infinity(); }));
-  EXPECT_TRUE(refused([](SceneInstance& i) {
-    for (auto& row : i.to_world.rows) row[0] = row[1];
-  }));
-  EXPECT_TRUE(refused([](SceneInstance& i) { i.to_world = {}; }));
-  EXPECT_TRUE(refused([](SceneInstance& i) { i.box_max[2] = i.box_min[2] - 1; }));
-  EXPECT_FALSE(Scene::build(forest.instances, "abacus").ok());
+  const auto refused = Scene::build(forest.instances, "abacus");
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::usage);
   const auto empty = Scene::build({});
   ASSERT_TRUE(empty.ok());
   EXPECT_EQ(empty->classify(forest.segments(1, 1, 0)[0]), Visibility::clear);
@@ -322,7 +307,7 @@ Asked ask(const Forest& forest, const Scene& scene, const std::vector<Segment>& 
       EXPECT_EQ(open.blocked[k], 0);
       EXPECT_TRUE(pairs.insert({open.indices[k], open.instance}).second);  // nothing is asked twice
       EXPECT_NE(forest.instances[open.instance].mask & query.mask, 0u);
-      const Segment inside = scene.in_object(open.instance, s), given = segment_at(open.segments, k);
+      const Segment inside = *scene.in_object(open.instance, s), given = segment_at(open.segments, k);
       EXPECT_EQ(std::memcmp(&inside, &given, sizeof inside), 0);
       open.blocked[k] = forest.blocked(s, open.instance);
       ++asked.segments;
@@ -574,11 +559,9 @@ TEST(Scene, InC) {
   vcd_scene_free(in_c);
 
   vcd_error error = {sizeof error, ""};
-  instances[4].to_world[0] = std::numeric_limits<float>::infinity();
-  EXPECT_EQ(vcd_scene_build(instances.data(), instances.size(), nullptr, &in_c, &error), VCD_ERROR_USAGE);
-  EXPECT_NE(std::string(error.message).find("instance 4"), std::string::npos);
+  EXPECT_EQ(vcd_scene_build(instances.data(), 2, "abacus", &in_c, &error), VCD_ERROR_USAGE);
+  EXPECT_NE(std::string(error.message).find("abacus"), std::string::npos);
   EXPECT_EQ(in_c, nullptr);
-  EXPECT_EQ(vcd_scene_build(instances.data(), 2, "abacus", &in_c, nullptr), VCD_ERROR_USAGE);
   for (const vcd_sidecar* file : files) vcd_close(file);
 }
 

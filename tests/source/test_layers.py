@@ -14,7 +14,7 @@ LAYERS = {
     "writer": ({"format"}, {"xxhash.h", "zstd.h"}),
     "runtime": ({"format"}, {"hwy"}),
     "baker": ({"format", "writer", "baker/ingest"},
-              {"boost", "embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
+              {"embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
     "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "xxhash.h"}),
     "tools/common": ({"format", "writer", "runtime", "baker"}, {"CLI", "nlohmann"}),
     "tools/library": ({"format", "writer", "runtime", "baker", "tools/common"}, {"nlohmann", "tbb"}),

@@ -25,7 +25,7 @@ BeamFrame beam_frame(const QuadBundle& b) {
     beam.corner[a] = b.corner[a] - b.origin[a];
     beam.edge_u[a] = b.edge_u[a], beam.edge_v[a] = b.edge_v[a];
   }
-  beam.reach = 1;
+  beam.reach = 1, beam.rounding = 1;
   beam.usable = true;
   return beam;
 }
@@ -61,6 +61,8 @@ BeamFrame beam_frame(const SphereBundle& b) {
     beam.to_v[a] = static_cast<float>(second[a] * height / (2 * half));
   }
   beam.reach = (distance + radius) / height * (1 + kSlack);
+  const double slope = 1 + half / height;
+  beam.rounding = static_cast<float>(3 * slope * slope);
   beam.usable = true;
   return beam;
 }
@@ -103,7 +105,9 @@ bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChun
     distance += std::abs(to_grid(frame, a, beam.origin[a]));
     size += size_of(beam, chunk, a) * frame.scale[a];
   }
-  return distance <= kFarthestBeam && size <= kFarthestBeam;
+  constexpr float kMostRounding = 2.5f * kFarthestBeam;
+  return distance <= kFarthestBeam && size <= kFarthestBeam &&
+         size * beam.rounding * static_cast<float>(beam.reach) <= kMostRounding;
 }
 
 bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk) {
@@ -128,14 +132,20 @@ bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& ch
     }
     if (high <= 0 || low >= kSize) return true;
   }
-  // Or the box on the outer side of one side of the beam.
+  // Or the box beyond a plane through the origin, and the beam not, but for kBeyond, which is well below the room about
+  // the mesh. The planes of the beam's four sides are tried. What is true of them is checked, not taken for granted: of
+  // rays that are nearly parallel, rounding makes any normal.
+  constexpr double kBeyond = 0x1p-4;
   for (size_t c = 0; c < 4; ++c) {
     Vec normal = cross(ray[c], ray[(c + 1) % 4]);
-    const double inside = dot(normal, ray[(c + 2) % 4]);
-    if (inside > 0) normal = {-normal[0], -normal[1], -normal[2]};
-    double nearest = 0;
-    for (size_t a = 0; a < 3; ++a) nearest += normal[a] * ((normal[a] > 0 ? 0 : kSize) - origin[a]);
-    if (inside != 0 && nearest > 0) return true;
+    for (int side = 0; side < 2; ++side, normal = {-normal[0], -normal[1], -normal[2]}) {
+      double nearest = 0, farthest = 0;
+      for (size_t a = 0; a < 3; ++a) nearest += normal[a] * ((normal[a] > 0 ? 0 : kSize) - origin[a]);
+      if (!(nearest > 0)) continue;
+      for (const Vec& r : ray) farthest = std::max(farthest, dot(normal, r));
+      const double length = std::abs(normal[0]) + std::abs(normal[1]) + std::abs(normal[2]);
+      if (farthest * beam.reach <= kBeyond * length) return true;
+    }
   }
   return false;
 }

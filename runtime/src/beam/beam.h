@@ -24,7 +24,8 @@ struct BeamFrame {
   float corner[3], edge_u[3], edge_v[3];  // the parallelogram that all segments pass through
   // For spheres: a direction d passes it at u = (d · to_u) / (d · axis) + 1/2, and v likewise.
   float axis[3], to_u[3], to_v[3];
-  double reach;  // segments end at most so many times as far away as the parallelogram
+  double reach;    // segments end at most so many times as far away as the parallelogram
+  float rounding;  // directions are within 3 rounding · 2^-24 of size_of() of what u and v say of them, on each axis
 };
 
 // What callers of a bundle's queries must see to: samples of one size, room for the answers.
@@ -61,10 +62,11 @@ struct BundleChunk {
 void place(const QuadBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 
-// How large the numbers are, on one axis, of which a chunk's directions are made. Not finite if a direction is not.
+// How large the numbers are, on one axis, of which a chunk's directions are made: at least those of the whole
+// parallelogram, of which a sphere's u and v are made. Not finite if a direction is not.
 inline float size_of(const BeamFrame& beam, const BundleChunk& chunk, int axis) {
-  return std::abs(beam.corner[axis]) + chunk.u_extent.most() * std::abs(beam.edge_u[axis]) +
-         chunk.v_extent.most() * std::abs(beam.edge_v[axis]);
+  return std::abs(beam.corner[axis]) + std::max(chunk.u_extent.most(), 1.0f) * std::abs(beam.edge_u[axis]) +
+         std::max(chunk.v_extent.most(), 1.0f) * std::abs(beam.edge_v[axis]);
 }
 
 // Whether rounding in this object's grid stays well below the guard band. False if anything is not finite.

@@ -84,7 +84,7 @@ HWY_INLINE Visibility beam_class(const Grid& grid, const TreeView& tree, const B
     lanes.direction[a] =
         hn::Add(hn::Add(all(frame.corner[a]), hn::Mul(cu, all(frame.edge_u[a]))), hn::Mul(cv, all(frame.edge_v[a])));
   }
-  const Lines lines = grid.corner_lines(frame, lanes, cu, cv);
+  const Lines lines = grid.corner_lines(frame, chunk, lanes);
   const Truth usable = hn::And(hn::And(lines.valid, hn::Lt(lines.entry, lines.exit)),
                                hn::And(hn::Gt(lines.entry, hn::Zero(F())), hn::Le(lines.exit, all(kFarthestExit))));
   // Which face pair, and which face first.
@@ -111,7 +111,7 @@ HWY_INLINE Visibility beam_class(const Grid& grid, const TreeView& tree, const B
 struct OwnBundleGrid {
   const GridFrame& frame;
 
-  HWY_INLINE Lines corner_lines(const BeamFrame&, const Lanes& lanes, Floats, Floats) const {
+  HWY_INLINE Lines corner_lines(const BeamFrame&, const BundleChunk&, const Lanes& lanes) const {
     return locate_lines(frame, lanes);
   }
   void look_up(const LookUp& at, const SegmentArrays& segments, Visibility* answers) const {
@@ -122,12 +122,10 @@ struct OwnBundleGrid {
 struct PlacedBundleGrid {
   const ToGrid& grid;
 
-  HWY_INLINE Lines corner_lines(const BeamFrame& frame, const Lanes& lanes, Floats u, Floats v) const {
+  HWY_INLINE Lines corner_lines(const BeamFrame& frame, const BundleChunk& chunk, const Lanes& lanes) const {
     InGrid in = in_grid(grid, lanes);
     Floats size[3];
-    for (int a = 0; a < 3; ++a)
-      size[a] = hn::Add(hn::Add(hn::Abs(all(frame.corner[a])), hn::Abs(hn::Mul(u, all(frame.edge_u[a])))),
-                        hn::Abs(hn::Mul(v, all(frame.edge_v[a]))));
+    for (int a = 0; a < 3; ++a) size[a] = all(frame.rounding * size_of(frame, chunk, a));
     in.moving = weighted(grid, size);
     return locate_placed(in);
   }

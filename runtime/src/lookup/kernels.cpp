@@ -18,8 +18,11 @@
 
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128  // single calls are faster than these
 #include "beam/bundles-inl.h"
+#include "hierarchy/fan-inl.h"
+#include "hierarchy/trace-inl.h"
 #include "lookup/arrays-inl.h"
 #include "scene/pairs-inl.h"
+#include "scene/trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -35,7 +38,9 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &ClassifyPlacedBundle,
                                   &BoxesInBeam,
                                   &MeasureChunk,
-                                  &ToObject};
+                                  &ToObject,
+                                  &OccludedInScene,
+                                  {&Occluded, &OccludedArray, &OccludedFan}};
   return kernels;
 }
 const Kernels& TargetKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }

@@ -26,7 +26,9 @@ struct SceneBeam;
 struct SceneData;
 struct SceneNode;
 struct ToFrame;
+struct Fan;
 struct ToGrid;
+struct Traced;
 
 // Those for trees of one depth, so that every shift and mask is a constant.
 struct TreeKernels {
@@ -51,6 +53,14 @@ struct PlacedBundle {
   const float* const (&directions)[3];
 };
 
+// Of hierarchies.
+struct TraceKernels {
+  bool (*one)(const Traced&, const Segment&) noexcept;
+  // Those of `live` that are blocked; of at most kChunk segments.
+  SampleBits (*array)(const Traced&, const Segment*, const SampleBits& live) noexcept;
+  SampleBits (*fan)(const Traced&, const Fan&) noexcept;
+};
+
 struct Kernels {
   const char* name;                             // as kernels() in <vcd/runtime/sidecar.h> lists it
   std::array<TreeKernels, kMaxDepth> at_depth;  // depth - 1
@@ -66,6 +76,10 @@ struct Kernels {
   void (*measure)(BundleChunk&) noexcept;
   void (*to_object)(const ToGrid&, const ToFrame&, const SegmentArrays& world, float* const (&origin)[3],
                     float* const (&direction)[3]) noexcept;
+
+  bool (*occluded_in_scene)(const SceneData&, const Segment&, const SceneQuery&) noexcept;
+
+  TraceKernels trace;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar set.

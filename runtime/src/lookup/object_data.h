@@ -7,6 +7,7 @@
 #include <vcd/format/segment.h>
 #include <vcd/format/tree.h>
 
+#include "hierarchy/traced.h"
 #include "lookup/kernels.h"
 
 namespace vcd {
@@ -18,6 +19,9 @@ struct ObjectData {
   const Kernels* kernels;  // null: every segment is unclassified, whatever the tree says
   const ObjectRecord* record;
   std::string_view name;
+  Traced traced;  // its hierarchy, if it has one
+  const TraceKernels* trace;
+  bool look_up_first[3];  // by From: whether to look up before the hierarchy is asked
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
 };

@@ -30,6 +30,13 @@ class SampleBits {
       bits.words_[w] = ~uint64_t{0} >> (64 - std::min<size_t>(64, count - 64 * w));
     return bits;
   }
+  template <size_t kCount>
+  static SampleBits of(const uint64_t (&words)[kCount]) {
+    static_assert(kCount == kWords);
+    SampleBits bits;
+    std::copy_n(words, kWords, bits.words_.begin());
+    return bits;
+  }
   static SampleBits just(size_t i) {
     SampleBits bits{};
     bits.set(i);
@@ -39,6 +46,7 @@ class SampleBits {
   void set(size_t i, bool value = true) { words_[i / 64] |= uint64_t{value} << (i % 64); }
   // The bits of one run, lowest first.
   void add_run(size_t r, uint64_t bits) { words_[r * kRun / 64] |= bits << (r * kRun % 64); }
+  void add_word(size_t w, uint64_t bits) { words_[w] |= bits; }
   uint64_t run(size_t r) const { return words_[r * kRun / 64] >> (r * kRun % 64) & 0xFFFF; }
   // Bit r: whether run r has a bit.
   uint32_t runs() const {
@@ -69,6 +77,10 @@ class SampleBits {
   SampleBits& operator&=(const SampleBits& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] &= other.words_[w];
     return *this;
+  }
+  SampleBits operator&(const SampleBits& other) const {
+    SampleBits bits = *this;
+    return bits &= other;
   }
   SampleBits without(const SampleBits& other) const {
     SampleBits bits = *this;

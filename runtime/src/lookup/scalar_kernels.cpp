@@ -1,5 +1,8 @@
 #include "lookup/scalar_kernels.h"
 
+#include "hierarchy/fan.h"
+#include "hierarchy/traced.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,6 +11,7 @@
 #include "lookup/grids.h"
 #include "scene/boxes.h"
 #include "scene/pairs.h"
+#include "scene/trace.h"
 #include "scene/walk.h"
 
 namespace vcd {
@@ -82,8 +86,12 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
     const Segment& segment = segments[pair.segment];
     const Located at = PlacedGrid{scene.to_grid[pair.instance]}.locate_with_length(segment);
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
-    answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), at.length);
+    answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), place, at.length);
   });
+}
+
+bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
+  return occluded_in_scene(scene, segment, query, boxes_met, occluded_scalar);
 }
 
 template <uint32_t... kDepths>
@@ -97,7 +105,9 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &placed_bundle,
                                   &boxes_in_beam,
                                   &measure,
-                                  &to_object};
+                                  &to_object,
+                                  &scene_one,
+                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar}};
   return kernels;
 }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 
 #include <vcd/format/line_cell.h>
 #include <vcd/format/segment.h>
@@ -16,6 +18,19 @@ struct alignas(16) ToGrid {
   float column[3][4];  // the fourth is the sum of the others' absolute values: rounding grows with it
   float offset[4];     // the fourth is 0
 };
+
+// What stands for a transform that has no inverse in floats: every line in it is doubtful, for its numbers are NaN.
+inline constexpr ToGrid kNoInverse = [] {
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  ToGrid grid{};
+  for (int a = 0; a < 3; ++a) {
+    grid.offset[a] = kNan;
+    for (float& x : grid.column[a]) x = kNan;
+  }
+  return grid;
+}();
+inline bool has_inverse(const ToGrid& grid) { return !std::isnan(grid.offset[0]); }
+
 inline Segment in_grid(const ToGrid& grid, const Segment& world) {
   float o[3];
   for (int a = 0; a < 3; ++a) o[a] = world.origin[a] - grid.centre[a];
@@ -39,6 +54,25 @@ inline Segment in_frame(const ToFrame& frame, Segment grid) {
     grid.direction[a] *= frame.unit[a];
   }
   return grid;
+}
+
+// The same in doubles, where nothing overflows or underflows on the way. Nothing if floats cannot hold the result.
+inline std::optional<Segment> far_in_frame(const ToGrid& grid, const ToFrame& frame, const Segment& world) {
+  Segment segment{{}, world.t_min, {}, world.t_max};
+  float longest = 0;
+  bool finite = true;
+  for (int i = 0; i < 3; ++i) {
+    double o = grid.offset[i], d = 0;
+    for (int a = 0; a < 3; ++a) {
+      o += double{grid.column[a][i]} * (double{world.origin[a]} - double{grid.centre[a]});
+      d += double{grid.column[a][i]} * double{world.direction[a]};
+    }
+    segment.origin[i] = static_cast<float>(o * double{frame.unit[i]} + double{frame.min[i]});
+    segment.direction[i] = static_cast<float>(d * double{frame.unit[i]});
+    finite &= std::isfinite(segment.origin[i]) && std::isfinite(segment.direction[i]);
+    longest = std::max(longest, std::abs(segment.direction[i]));
+  }
+  return finite && longest >= 0x1p-100f ? std::optional(segment) : std::nullopt;
 }
 
 // Beyond this reach a transform's rounding could leave the guard band: unclassified. See spec/proofs.md, "Scenes".

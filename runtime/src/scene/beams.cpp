@@ -3,7 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/trusted.h"
+
 namespace vcd {
+
+bool is_trusted(const BeamFrame& frame, const BundleChunk& chunk) {
+  bool near = true;
+  for (int a = 0; a < 3; ++a)
+    near &= std::abs(frame.origin[a]) <= kFarthest && size_of(frame, chunk, a) * frame.rounding <= 0.5f * kFarthest;
+  return near;
+}
 
 SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
   const Extent u = chunk.u_extent, v = chunk.v_extent;
@@ -12,7 +21,7 @@ SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
     const float ends[4] = {u.low * frame.edge_u[a], u.high * frame.edge_u[a], v.low * frame.edge_v[a],
                            v.high * frame.edge_v[a]};
     // Rounding of the directions, and of u and v where they were computed.
-    const float slack = kBoxSlack * size_of(frame, chunk, a);
+    const float slack = kBoxSlack * frame.rounding * size_of(frame, chunk, a);
     beam.origin_low[a] = beam.origin_high[a] = frame.origin[a];
     beam.inverse_low[a] = inverse_of(frame.corner[a] + std::min(ends[0], ends[1]) + std::min(ends[2], ends[3]) - slack);
     beam.inverse_high[a] =
@@ -22,35 +31,24 @@ SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
   return beam;
 }
 
-bool is_finite(const BeamFrame& frame, const BundleChunk& chunk) {
-  float sum = 0;
-  for (int a = 0; a < 3; ++a) sum += std::abs(frame.origin[a]) + 2 * size_of(frame, chunk, a);
-  return std::isfinite(sum);
-}
-
 bool near_enough(const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk) {
   float sum = 0;
   for (int a = 0; a < 3; ++a) sum += grid.column[a][3] * size_of(frame, chunk, a);
-  return sum * static_cast<float>(frame.reach) <= kFarthestReach;
+  return sum * frame.rounding * static_cast<float>(frame.reach) <= kFarthestReach;
 }
 
 std::optional<SceneBeam> beam_of(const SegmentColumns<kChunk>& columns, size_t first, size_t count) {
   SceneBeam beam;
-  float spread = 0, length = 0, origin_spread = 0, t_min = columns.t_min[first], sum = 0;
-  bool numbers = true;
+  float spread = 0, length = 0, origin_spread = 0, t_min = columns.t_min[first];
   beam.t_max = columns.t_max[first];
-  for (size_t i = first; i < first + count; ++i) {
+  for (size_t i = first; i < first + count; ++i)
     t_min = std::min(t_min, columns.t_min[i]), beam.t_max = std::max(beam.t_max, columns.t_max[i]);
-    sum += columns.t_min[i] * 0;
-    numbers &= !std::isnan(columns.t_max[i]);
-  }
   for (int a = 0; a < 3; ++a) {
     const float *o = columns.origin[a] + first, *d = columns.direction[a] + first;
     float o_low = o[0], o_high = o[0], d_low = d[0], d_high = d[0];
     for (size_t i = 0; i < count; ++i) {
       o_low = std::min(o_low, o[i]), o_high = std::max(o_high, o[i]);
       d_low = std::min(d_low, d[i]), d_high = std::max(d_high, d[i]);
-      sum += (o[i] + d[i]) * 0;
     }
     beam.origin_low[a] = o_low, beam.origin_high[a] = o_high;
     beam.inverse_low[a] = inverse_of(d_low), beam.inverse_high[a] = inverse_of(d_high);
@@ -58,7 +56,7 @@ std::optional<SceneBeam> beam_of(const SegmentColumns<kChunk>& columns, size_t f
   }
   constexpr float kCoherent = 0.25f;
   const bool coherent = spread <= kCoherent * length && origin_spread <= kCoherent * length * beam.t_max;
-  if (!(numbers && sum == 0 && t_min >= 0 && coherent)) return std::nullopt;
+  if (!(t_min >= 0 && coherent)) return std::nullopt;
   return beam;
 }
 

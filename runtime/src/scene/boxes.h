@@ -30,8 +30,6 @@ struct SceneBeam {
   float t_max;                            // from t = 0
 };
 
-inline float inverse_of(float direction) { return 1 / std::copysign(std::max(std::abs(direction), 1e-37f), direction); }
-
 // Whether a box is entered, within rounding, before it is left.
 inline bool meets(float near, float far) {
   return near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack;

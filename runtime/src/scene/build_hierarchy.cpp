@@ -49,7 +49,7 @@ class Builder {
   }
 
   size_t split(std::span<uint32_t> order) {
-    const auto centre = [&](uint32_t i, int a) { return placed_[i].to_grid.centre[a]; };
+    const auto centre = [&](uint32_t i, int a) { return placed_[i].middle[a]; };
     int axis = 0;
     float widest = -1;
     for (int a = 0; a < 3; ++a) {

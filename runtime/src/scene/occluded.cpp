@@ -6,10 +6,12 @@
 #include <cassert>
 
 #include "beam/beam.h"
+#include "hierarchy/fan.h"
 #include "lookup/segment_columns.h"
 #include "scene/beams.h"
 #include "scene/bits_by_instance.h"
 #include "scene/scene_state.h"
+#include "scene/trace.h"
 #include "scene/walk.h"
 
 namespace vcd {
@@ -21,10 +23,15 @@ struct Asked {
   const SceneQuery& query;
   bool one_origin;                 // all segments begin on the query's first instance
   const TraceUnclassified* trace;  // null: look up only
+  bool hierarchies = false;        // they are what is traced
 
   uint32_t self(size_t segment) const {
     const size_t at = one_origin ? 0 : segment;
     return at < query.origins.size() ? query.origins[at] : kNoInstance;
+  }
+  // Whether to look an instance up before it is traced.
+  bool looks_up(uint32_t instance) const {
+    return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_first[instance] != 0);
   }
   bool sees(uint32_t instance) const { return scene.data.masks[instance] & query.mask; }
 };
@@ -37,6 +44,7 @@ struct Chunk {
   BitsByInstance<64> left;         // where something is: what waits to be traced
   BitsByInstance<kChunk> self;     // the segments that begin on an instance
   SegmentColumns<kChunk> columns;  // in the world
+  SampleBits odd{};                // those that are not trusted: <trusted.h>
 
   Chunk(size_t first_, size_t count_) : first(first_), count(count_), all(SampleBits::first(count_)) {}
   SampleBits live() const { return all.without(blocked); }
@@ -59,23 +67,41 @@ void fill(SegmentColumns<kChunk>& columns, const SphereBundle& b, const BundleCh
   columns.pad(chunk.count);
 }
 
-// The caller's own hierarchy is asked of one instance.
-void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+// The caller's own hierarchy is asked of one instance, in the world or in the object's frame.
+void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits, bool in_world) {
   if (!bits.any()) return;
   const SceneData& data = asked.scene.data;
   SegmentColumns<kChunk> columns;
   uint32_t indices[kChunk];
   size_t count = 0;
+  const bool one_by_one = !in_world && (bits & chunk.odd).any();
   bits.for_each([&](size_t i) {
-    columns.set(count, segment_at(chunk.columns.view(i, 1), 0));
+    const Segment s = segment_at(chunk.columns.view(i, 1), 0);
+    columns.set(count, one_by_one ? *in_object(data, instance, s) : s);
     indices[count++] = static_cast<uint32_t>(chunk.first + i);
   });
-  asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], columns.view(0, columns.pad(count)),
-                                 {columns.origin[0], columns.origin[1], columns.origin[2]},
-                                 {columns.direction[0], columns.direction[1], columns.direction[2]});
+  const SegmentArrays runs = columns.view(0, columns.pad(count));
+  if (!in_world && !one_by_one)
+    asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], runs,
+                                   {columns.origin[0], columns.origin[1], columns.origin[2]},
+                                   {columns.direction[0], columns.direction[1], columns.direction[2]});
   uint8_t blocked[kChunk] = {};
-  (*asked.trace)({instance, columns.view(0, count), indices, blocked});
+  (*asked.trace)({instance, columns.view(0, count), indices, blocked, in_world});
   for (size_t k = 0; k < count; ++k) chunk.blocked.set(indices[k] - chunk.first, blocked[k] != 0);
+}
+
+// In the object's frame where that can hold the segments.
+void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  SampleBits in_world{};
+  if (has_inverse(asked.scene.data.to_grid[instance])) {
+    (bits & chunk.odd).for_each([&](size_t i) {
+      if (!in_object(asked.scene.data, instance, segment_at(chunk.columns.view(i, 1), 0))) in_world.set(i);
+    });
+  } else {
+    in_world = bits;
+  }
+  trace(asked, chunk, instance, bits.without(in_world), false);
+  trace(asked, chunk, instance, in_world, true);
 }
 
 // All that waits.
@@ -120,7 +146,7 @@ void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t fi
     while (end < first_run + runs && now.run(end) != 0) ++end;
     const size_t begin = r * kRun, count = (end - r) * kRun;
     Visibility found[kChunk];
-    if (object.tree)
+    if (asked.looks_up(instance))
       object.kernels->placed(asked.scene.data.to_grid[instance], *object.tree, chunk.columns.view(begin, count), found);
     else std::fill_n(found, count, Visibility::unclassified);
     for (size_t i = 0; i < count; ++i) answers.set(begin + i, found[i]);
@@ -132,7 +158,7 @@ void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t fi
   leave(asked, chunk, instance, answers.unclassified);
 }
 
-// Runs as one beam through the hierarchy; false if they have too little in common.
+// Runs of trusted segments as one beam through the hierarchy; false if they have too little in common.
 bool run_together(const Asked& asked, Chunk& chunk, size_t first_run, size_t runs) {
   const auto beam = beam_of(chunk.columns, first_run * kRun, runs * kRun);
   if (!beam) return false;
@@ -175,19 +201,22 @@ void find_self(const Asked& asked, Chunk& chunk) {
 
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
-  for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
+  for (size_t i = 0; i < chunk.count; ++i) {
+    chunk.columns.set(i, segments[i]);
+    chunk.odd.set(i, !is_trusted(segments[i]));
+  }
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
   chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
   trace_left(asked, chunk);
-  if (!run_together(asked, chunk, 0, runs))
+  if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
     for (size_t r = 0; r < runs; ++r)
-      if (chunk.live().run(r) != 0 && (runs == 1 || !run_together(asked, chunk, r, 1)))
+      if (chunk.live().run(r) != 0 && (runs == 1 || chunk.odd.run(r) != 0 || !run_together(asked, chunk, r, 1)))
         run_alone(asked, chunk, segments, r);
   trace_left(asked, chunk);
 }
 
-// The frame is usable, the samples placed, measured and finite.
+// The frame is usable, the samples placed, measured and trusted.
 template <class Bundle>
 void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFrame& frame,
             const BundleChunk& samples) {
@@ -202,7 +231,7 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
     const LookUp& object = data.objects[instance];
     const ToGrid& grid = data.to_grid[instance];
     SampleAnswers answers{{}, chunk.live()};
-    if (object.tree && near_enough(grid, frame, samples)) {
+    if (asked.looks_up(instance) && near_enough(grid, frame, samples)) {
       answers.unclassified = {};
       asked.scene.kernels->scene_bundle(object, {grid, frame, samples, chunk.live().runs(), directions}, answers);
     }
@@ -223,7 +252,7 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
     place(bundle, frame, samples);
     asked.scene.kernels->measure(samples);
     Chunk chunk(samples.first, samples.count);
-    if (frame.usable && is_finite(frame, samples)) {
+    if (frame.usable && is_trusted(frame, samples)) {
       answer(asked, chunk, bundle, frame, samples);
     } else {
       std::array<Segment, kChunk> segments;
@@ -235,17 +264,71 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
   }
 }
 
-}  // namespace
+// The objects' own hierarchies in the place of the caller's. of_fan: all segments begin at one point, with t from 0
+// to 1.
+class HierarchyTrace {
+ public:
+  HierarchyTrace(const SceneData& scene, bool of_fan) : scene_(scene), of_fan_(of_fan) {}
 
-void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
-                     const SceneQuery& query) const {
+  void operator()(const UnclassifiedSegments& left) const {
+    const ObjectData* const object = scene_.sidecars[left.instance];
+    if (!object || !object->traced.view) fail_without_hierarchy();
+    const SegmentArrays& s = left.segments;
+    const SampleBits all = SampleBits::first(s.count);
+    SampleBits blocked{};
+    if (left.in_world) {
+      all.for_each([&](size_t i) {
+        blocked.set(i, blocks_in_world(object->traced.view, scene_.to_world[left.instance], segment_at(s, i)));
+      });
+    } else if (of_fan_) {
+      blocked = object->trace->fan(object->traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
+                                                    {s.direction[0], s.direction[1], s.direction[2]},
+                                                    s.count,
+                                                    all});
+    } else {
+      std::array<Segment, kChunk> segments;
+      for (size_t i = 0; i < s.count; ++i) segments[i] = segment_at(s, i);
+      blocked = object->trace->array(object->traced, segments.data(), all);
+    }
+    blocked.for_each([&](size_t i) { left.blocked[i] = 1; });
+  }
+
+ private:
+  const SceneData& scene_;
+  bool of_fan_;
+};
+
+void run_array(const Asked& asked, std::span<const Segment> segments, std::span<uint64_t> blocked) {
   assert(has_words_for(segments.size(), blocked));
-  const Asked asked{*state_, query, false, &trace};
   for (size_t first = 0; first < segments.size(); first += kChunk) {
     Chunk chunk(first, std::min(kChunk, segments.size() - first));
     answer(asked, chunk, segments.subspan(first, chunk.count));
     chunk.blocked.store(chunk.count, blocked.data() + first / 64);
   }
+}
+
+}  // namespace
+
+void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
+                     const SceneQuery& query) const noexcept {
+  const HierarchyTrace hierarchies(state_->data, false);
+  const TraceUnclassified trace(hierarchies);
+  run_array({*state_, query, false, &trace, true}, segments, blocked);
+}
+void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
+  const HierarchyTrace hierarchies(state_->data, true);
+  const TraceUnclassified trace(hierarchies);
+  run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
+}
+void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
+  const HierarchyTrace hierarchies(state_->data, true);
+  const TraceUnclassified trace(hierarchies);
+  run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
+}
+
+void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  run_array({*state_, query, false, &trace}, segments, blocked);
 }
 
 void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,

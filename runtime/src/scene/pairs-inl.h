@@ -112,10 +112,9 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
                         swapped[k] != 0,
                         entry[k],
                         exit[k]};
-    answers.take(
-        pairs[k],
-        pair_answer(scene.objects[pairs[k].instance], static_cast<Place>(place[k]), line, segments[pairs[k].segment]),
-        length[k]);
+    const Place at = static_cast<Place>(place[k]);
+    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], at, line, segments[pairs[k].segment]), at,
+                 length[k]);
   }
 }
 

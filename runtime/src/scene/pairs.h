@@ -31,10 +31,12 @@ struct SceneAnswers {
   Visibility* answers;     // by segment; clear at first
   UnclassifiedList* list;  // or null
   bool done(uint32_t segment) const { return answers[segment] == Visibility::blocked; }
-  void take(const ScenePair& pair, Visibility answer, float length) {
+  // length: anything where the place is doubtful.
+  void take(const ScenePair& pair, Visibility answer, Place place, float length) {
     if (answer == Visibility::clear || done(pair.segment)) return;
     answers[pair.segment] = answer;
-    if (answer == Visibility::unclassified && list) list->add({pair.segment, pair.instance, length});
+    if (answer == Visibility::unclassified && list)
+      list->add({pair.segment, pair.instance, place == Place::doubtful ? kGrid : length});
   }
   // Nothing is known of a segment, not even which instances it could meet.
   void give_up(uint32_t segment) {

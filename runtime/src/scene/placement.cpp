@@ -4,75 +4,133 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
+
+#include "scene/trusted.h"
 
 namespace vcd {
 namespace {
 
-using Vec = std::array<double, 3>;
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-float down(double x) { return std::nextafter(static_cast<float>(x), -std::numeric_limits<float>::infinity()); }
-float up(double x) { return std::nextafter(static_cast<float>(x), std::numeric_limits<float>::infinity()); }
-
-}  // namespace
-
-std::optional<Placed> place(const SceneInstance& instance, const Transform& to_world) {
+// In doubles, where products of three floats neither overflow nor underflow.
+struct Affine {
   double m[3][3], t[3];
-  for (size_t i = 0; i < 3; ++i) {
-    for (size_t j = 0; j < 3; ++j) m[i][j] = to_world.rows[i][j];
-    t[i] = to_world.rows[i][3];
+
+  explicit Affine(const Transform& transform) {
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t j = 0; j < 3; ++j) m[i][j] = transform.rows[i][j];
+      t[i] = transform.rows[i][3];
+    }
   }
-  const auto cofactor = [&](size_t i, size_t j) {
+  double cofactor(size_t i, size_t j) const {
     const size_t a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
     return m[a][c] * m[b][d] - m[a][d] * m[b][c];
-  };
-  const double determinant = m[0][0] * cofactor(0, 0) + m[0][1] * cofactor(0, 1) + m[0][2] * cofactor(0, 2);
-  double size = 1;  // Hadamard: of a matrix with such rows the determinant is at most this
-  for (const auto& row : m) size *= std::sqrt(row[0] * row[0] + row[1] * row[1] + row[2] * row[2]);
-  constexpr double kFlattest = 1e-6;
-  if (!(std::abs(determinant) > kFlattest * size) || !std::isfinite(size + t[0] + t[1] + t[2])) return std::nullopt;
-
-  Placed placed{};
-  Vec middle;
-  for (size_t a = 0; a < 3; ++a) {
-    const double low = instance.box_min[a], high = instance.box_max[a];
-    if (!(low < high) || !usable_extent(instance.box_max[a] - instance.box_min[a])) return std::nullopt;
-    middle[a] = 0.5 * (low + high);
   }
+};
+
+float down(double x) { return std::nextafter(static_cast<float>(x), -kInfinity); }
+float up(double x) { return std::nextafter(static_cast<float>(x), kInfinity); }
+
+bool is_finite(const SceneInstance& instance, const Transform& to_world) {
+  float sum = 0;
+  for (int i = 0; i < 3; ++i) {
+    for (float x : to_world.rows[i]) sum += x * 0;
+    sum += instance.box_min[i] * 0 + instance.box_max[i] * 0;
+  }
+  return sum == 0;
+}
+
+// Limits within which segments that are trusted are taken to the grid and to the object's frame without overflow, and
+// underflow does not matter.
+constexpr float kLeastExtent = 0x1p-40f, kMostExtent = 0x1p40f;  // of the object's box, in its own frame
+constexpr double kFarthestCentre = 0x1p100;
+constexpr double kFarthestInGrid = 0x1p90;
+
+// Nothing if the inverse is not known to the precision of floats: spec/proofs.md, "Scenes". Cofactors are rounded once,
+// for products of two floats are exact in doubles; so is the difference from the centre to the translation.
+std::optional<ToGrid> to_grid_of(const Affine& a, const SceneInstance& instance, const double (&centre)[3]) {
+  double determinant = 0, most = 0;
+  for (size_t j = 0; j < 3; ++j) {
+    const double product = a.m[0][j] * a.cofactor(0, j);
+    determinant += product, most += std::abs(product);
+  }
+  const double error = 0x1p-50 * (1 + most / std::abs(determinant));  // of the inverse, relative
+  if (!(error <= 0x1p-26)) return std::nullopt;
+
+  ToGrid grid{};
+  bool usable = true;
   for (size_t i = 0; i < 3; ++i) {
-    double centre = t[i], reach = 0;
-    for (size_t j = 0; j < 3; ++j) {
-      centre += m[i][j] * middle[j];
-      reach += std::abs(m[i][j]) * 0.5 * (double{instance.box_max[j]} - double{instance.box_min[j]});
-    }
-    placed.to_grid.centre[i] = static_cast<float>(centre);
-    placed.low[i] = down(centre - reach), placed.high[i] = up(centre + reach);
+    grid.centre[i] = static_cast<float>(centre[i]);
+    const float extent = instance.box_max[i] - instance.box_min[i];
+    usable &= extent >= kLeastExtent && extent <= kMostExtent && std::abs(centre[i]) <= kFarthestCentre;
   }
   const GridFrame frame = make_grid_frame(instance.box_min, instance.box_max);
   for (size_t i = 0; i < 3; ++i) {
     // The centre's own rounding goes into the offset: the object's point that stands exactly there.
-    double offset = -double{frame.min[i]};
+    double offset = -double{frame.min[i]}, sum = std::abs(offset);
     for (size_t j = 0; j < 3; ++j) {
-      const double inverse = cofactor(j, i) / determinant;
-      placed.to_grid.column[j][i] = static_cast<float>(inverse * double{frame.scale[i]});
-      offset += inverse * (double{placed.to_grid.centre[j]} - t[j]);
+      const double inverse = a.cofactor(j, i) / determinant;
+      const double part = inverse * (double{grid.centre[j]} - a.t[j]);
+      grid.column[j][i] = static_cast<float>(inverse * double{frame.scale[i]});
+      offset += part, sum += std::abs(part);
     }
-    placed.to_grid.offset[i] = static_cast<float>(offset * double{frame.scale[i]});
+    grid.offset[i] = static_cast<float>(offset * double{frame.scale[i]});
+    usable &= error * sum * double{frame.scale[i]} <= 0x1p-12;
   }
-  bool finite = true;
   for (size_t j = 0; j < 3; ++j) {
-    auto& column = placed.to_grid.column[j];
+    auto& column = grid.column[j];
     for (size_t i = 0; i < 3; ++i) column[3] += std::abs(column[i]);
-    finite &=
-        std::isfinite(column[3] + placed.to_grid.centre[j] + placed.to_grid.offset[j] + placed.low[j] + placed.high[j]);
+    usable &= double{column[3]} * (double{kFarthest} + std::abs(centre[j])) <= kFarthestInGrid;
   }
-  return finite ? std::optional(placed) : std::nullopt;
+  return usable ? std::optional(grid) : std::nullopt;
+}
+
+Placed with_box(float low, float high, bool absent) {
+  Placed placed{kNoInverse, {}, {}, {}, absent};
+  std::fill_n(placed.low, 3, low), std::fill_n(placed.high, 3, high);
+  return placed;
+}
+
+}  // namespace
+
+Placed place(const SceneInstance& instance, const Transform& to_world) {
+  const Placed everywhere = with_box(-kInfinity, kInfinity, false), nowhere = with_box(kInfinity, -kInfinity, true);
+  for (int a = 0; a < 3; ++a)
+    if (instance.box_min[a] > instance.box_max[a]) return nowhere;
+  if (!is_finite(instance, to_world)) return everywhere;
+
+  const Affine affine(to_world);
+  double centre[3], extent = 0;
+  Placed placed{};
+  bool near = true;
+  for (size_t i = 0; i < 3; ++i) {
+    centre[i] = affine.t[i];
+    double reach = 0, sum = std::abs(centre[i]);
+    for (size_t j = 0; j < 3; ++j) {
+      const double low = instance.box_min[j], high = instance.box_max[j], part = affine.m[i][j] * (0.5 * (low + high));
+      centre[i] += part, sum += std::abs(part);
+      reach += std::abs(affine.m[i][j]) * (0.5 * (high - low));
+    }
+    extent += reach;
+    const double grown = reach + 0x1p-50 * (sum + reach) + kRoom;
+    placed.low[i] = down(centre[i] - grown), placed.high[i] = up(centre[i] + grown);
+    placed.middle[i] = static_cast<float>(centre[i]);
+    near &= placed.low[i] >= -kFarthest && placed.high[i] <= kFarthest;
+  }
+  if (extent == 0) return nowhere;
+  if (!near) placed = everywhere;
+  placed.to_grid = to_grid_of(affine, instance, centre).value_or(kNoInverse);
+  return placed;
 }
 
 void pad_box(SceneInstance& instance) {
   float longest = 0;
   for (int a = 0; a < 3; ++a) longest = std::max(longest, instance.box_max[a] - instance.box_min[a]);
   for (int a = 0; a < 3; ++a) {
-    const float pad = std::max(instance.box_max[a] - instance.box_min[a], longest * 0x1p-6f) * 0x1p-10f;
+    const float extent = instance.box_max[a] - instance.box_min[a];
+    if (!(extent >= 0)) continue;
+    const float pad = std::max(extent, longest * 0x1p-6f) * 0x1p-10f;
     const float size = std::max(std::abs(instance.box_min[a]), std::abs(instance.box_max[a])) * 0x1p-22f;
     instance.box_min[a] -= pad + size, instance.box_max[a] += pad + size;
   }

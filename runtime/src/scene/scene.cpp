@@ -9,25 +9,26 @@
 #include "scene/build_hierarchy.h"
 #include "scene/pairs.h"
 #include "scene/scene_state.h"
+#include "scene/trace.h"
 
 namespace vcd {
 
-std::optional<Error> Scene::State::set(std::span<const Transform> to_world) {
+void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
-  for (size_t i = 0; i < instances.size(); ++i) {
-    const auto one = place(instances[i], to_world[i]);
-    if (!one)
-      return Error{ErrorCode::usage, "instance " + std::to_string(i) +
-                                         ": its box is empty, or its transform is not finite or cannot be inverted"};
-    placed.push_back(*one);
-  }
-  data.nodes = build_hierarchy(placed);
-  data.to_grid.clear();
+  for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
+  std::vector<Transform> kept(to_world.begin(), to_world.end());
+  data.nodes = build_hierarchy(placed);  // the last that can fail
+  data.to_world = std::move(kept);
+  has_hierarchies = true;
   for (size_t i = 0; i < placed.size(); ++i) {
-    data.to_grid.push_back(placed[i].to_grid);
-    instances[i].to_world = to_world[i];
+    const Placed& one = placed[i];
+    data.to_grid[i] = one.to_grid;
+    data.masks[i] = one.absent ? 0 : instances[i].mask;  // so that nobody asks
+    has_hierarchies &= one.absent || (data.sidecars[i] && data.sidecars[i]->traced.view);
+    uses[i] = one.absent                                         ? InstanceUse::absent
+              : has_inverse(one.to_grid) && data.objects[i].tree ? InstanceUse::asked
+                                                                 : InstanceUse::left;
   }
-  return std::nullopt;
 }
 
 SceneInstance SceneInstance::of(Object object, const Transform& to_world) {
@@ -43,6 +44,14 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 size_t Scene::size() const noexcept { return state_->instances.size(); }
 uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+bool Scene::has_hierarchies() const noexcept { return state_->has_hierarchies; }
+bool Scene::occluded(const Segment& segment, const SceneQuery& query) const noexcept {
+  return state_->kernels->occluded_in_scene(state_->data, segment, query);
+}
+InstanceUse Scene::use(uint32_t instance) const noexcept {
+  assert(instance < size());
+  return state_->uses[instance];
+}
 
 Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::string& kernel) try {
   auto state = std::make_unique<State>();
@@ -57,7 +66,9 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
     const TreeKernels* at_depth =
         tree ? &kernels_for(*tree, *state->kernels).at_depth[instance.object->record().depth - 1u] : nullptr;
     state->data.objects.push_back({tree, at_depth});
-    state->data.masks.push_back(instance.mask);
+    const ObjectData* const sidecar = instance.object ? instance.object->data_ : nullptr;
+    state->data.sidecars.push_back(sidecar);
+    state->data.look_up_first.push_back(sidecar && sidecar->look_up_first[static_cast<size_t>(From::outside)]);
     transforms.push_back(instance.to_world);
     ToFrame& frame = state->data.to_frame.emplace_back();
     for (int a = 0; a < 3; ++a) {
@@ -65,7 +76,10 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
       frame.min[a] = instance.box_min[a];
     }
   }
-  if (auto error = state->set(transforms)) return *error;
+  state->data.to_grid.resize(instances.size());
+  state->data.masks.resize(instances.size());
+  state->uses.resize(instances.size());
+  state->set(transforms);
   return Scene(std::move(state));
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "scene: out of memory"};
@@ -75,7 +89,8 @@ std::optional<Error> Scene::set_transforms(std::span<const Transform> to_world) 
   if (to_world.size() != size())
     return Error{ErrorCode::usage, "scene: " + std::to_string(to_world.size()) + " transforms for " +
                                        std::to_string(size()) + " instances"};
-  return state_->set(to_world);
+  state_->set(to_world);
+  return std::nullopt;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "scene: out of memory"};
 }
@@ -93,9 +108,9 @@ void Scene::classify(std::span<const Segment> segments, std::span<Visibility> an
   state_->kernels->scene_segments(state_->data, segments, query, {answers.data(), nullptr});
 }
 
-Segment Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
+std::optional<Segment> Scene::in_object(uint32_t instance, const Segment& segment) const noexcept {
   assert(instance < size());
-  return in_frame(state_->data.to_frame[instance], in_grid(state_->data.to_grid[instance], segment));
+  return vcd::in_object(state_->data, instance, segment);
 }
 
 Scene::Listed Scene::classify(std::span<const Segment> segments, std::span<Visibility> answers,

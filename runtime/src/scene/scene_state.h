@@ -15,9 +15,13 @@ namespace vcd {
 struct Scene::State {
   SceneData data;
   std::vector<SceneInstance> instances;
+  std::vector<InstanceUse> uses;
   const Kernels* kernels;
 
-  std::optional<Error> set(std::span<const Transform> to_world);
+  // As many as instances.
+  void set(std::span<const Transform> to_world);
+  // Whether all instances that are not absent have a hierarchy.
+  bool has_hierarchies = true;
 };
 
 }  // namespace vcd

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <bit>
-#include <cmath>
 #include <span>
 
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
+#include "scene/trusted.h"
 
 namespace vcd {
 
@@ -27,28 +27,29 @@ void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, cons
   }
 }
 
+// Of a trusted segment.
+inline SceneRay scene_ray(const Segment& segment) {
+  SceneRay ray{{}, {}, segment.t_min, segment.t_max};
+  for (int a = 0; a < 3; ++a) ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
+  return ray;
+}
+
 // Leads segments through the hierarchy one by one. ask(pair) may answer at once or later.
 template <class BoxesMet, class Ask>
 void walk_segments(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
                    SceneAnswers answers, const BoxesMet& boxes_met, const Ask& ask) {
   for (uint32_t s = 0; s < segments.size() && !scene.nodes.empty(); ++s) {
     const Segment& segment = segments[s];
-    SceneRay ray{{}, {}, segment.t_min, segment.t_max};
-    float sum = 0;
-    for (int a = 0; a < 3; ++a) {
-      ray.origin[a] = segment.origin[a];
-      ray.inverse[a] = inverse_of(segment.direction[a]);
-      sum += segment.origin[a] * 0 + segment.direction[a] * 0;
-    }
-    if (!(sum + segment.t_min * 0 == 0) || std::isnan(segment.t_max)) {  // something is not finite
+    if (!is_trusted(segment)) {
       answers.give_up(s);
       continue;
     }
+    const SceneRay ray = scene_ray(segment);
     const uint32_t self = s < query.origins.size() ? query.origins[s] : kNoInstance;
     walk(
         scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },
         [&](uint32_t instance) {
-          if (instance == self) answers.take({s, instance}, Visibility::unclassified, kGrid);
+          if (instance == self) answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
           else ask(ScenePair{s, instance});
         });
   }

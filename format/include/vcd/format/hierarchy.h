@@ -33,9 +33,10 @@ struct HierarchyHeader {
 };
 static_assert(sizeof(HierarchyHeader) == kUnitBytes);
 
-// A child is a word: kNoChild, or the number of the unit where it begins, with kLeaf for a leaf and kLarge for a large
-// one. The root, a node, is at unit 1.
-inline constexpr uint32_t kLeaf = 0x80000000, kLarge = 0x40000000, kUnitMask = 0x1FFFFFFF, kNoChild = kLeaf;
+// A child is a word: kNoChild, or the number of the unit where it begins, with kLeafChild for a leaf and kLargeChild
+// for a large one. The root, a node, is at unit 1.
+inline constexpr uint32_t kLeafChild = 0x80000000, kLargeChild = 0x40000000, kUnitMask = 0x1FFFFFFF,
+                          kNoChild = kLeafChild;
 
 // Children stand in the order in which they are best visited; those that are none stand last and have the empty box
 // (+infinity to -infinity). A child's box is that of the vertices below it, exactly.
@@ -62,7 +63,7 @@ static_assert(sizeof(SmallLeaf) == 4 * kUnitBytes && sizeof(LargeLeaf) == 7 * kU
 
 // The units of what a child's word points to.
 constexpr uint32_t units_of(uint32_t child) {
-  const bool small = (child & kLeaf) != 0 && (child & kLarge) == 0;
+  const bool small = (child & kLeafChild) != 0 && (child & kLargeChild) == 0;
   return static_cast<uint32_t>((small ? sizeof(SmallLeaf) : sizeof(HierarchyNode)) / kUnitBytes);
 }
 
@@ -83,7 +84,7 @@ inline constexpr uint32_t kRootUnit = 1;
 // Calls f(leaf) with the leaf of a child's word, whichever kind it is, and returns what f does.
 template <class F>
 decltype(auto) with_leaf(const HierarchyView& hierarchy, uint32_t child, F&& f) {
-  return (child & kLarge) ? f(hierarchy.large_leaf(child)) : f(hierarchy.small_leaf(child));
+  return (child & kLargeChild) ? f(hierarchy.large_leaf(child)) : f(hierarchy.small_leaf(child));
 }
 
 // What is wrong with a HIER section, and in which unit.

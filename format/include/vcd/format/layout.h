@@ -102,7 +102,10 @@ enum class Method : uint8_t {
 
 // ObjectRecord::flags. The other bits are zero.
 inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are not in the object: see the provenance
-inline constexpr uint16_t kKnownObjectFlags = kPartsLeftOut;
+// Where a HIER section holds the object's triangles: look-ups before it save time for segments from outside the box, or
+// from inside.
+inline constexpr uint16_t kLookUpFromOutside = 2, kLookUpFromInside = 4;
+inline constexpr uint16_t kKnownObjectFlags = kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside;
 
 struct ObjectRecord {
   uint32_t name_offset;   // into the NAME section
@@ -110,7 +113,7 @@ struct ObjectRecord {
   uint32_t source_index;  // of the mesh in its source file
   uint8_t depth;          // 1 … 8
   uint8_t method;         // Method
-  uint16_t flags;         // kPartsLeftOut
+  uint16_t flags;         // kPartsLeftOut, kLookUpFromOutside, kLookUpFromInside
   float box_min[3];       // the padded box, object frame
   float box_max[3];
   std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first

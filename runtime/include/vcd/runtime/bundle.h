@@ -33,6 +33,15 @@ struct SphereBundle {
   size_t size() const { return x.size(); }
 };
 
+// Segments from one point to any others: sample i is origin + {x[i], y[i], z[i]}. Samples of several lights, of a disk,
+// a triangle, or a sky (directions times a length beyond all objects). Neighbours in the arrays should be near to each
+// other, as seen from the origin, a few hundred at a time.
+struct PointBundle {
+  float origin[3];
+  std::span<const float> x, y, z;
+  size_t size() const { return x.size(); }
+};
+
 // One of its segments.
 inline Segment segment_of(const QuadBundle& b, size_t i) {
   Segment s{{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {}, 1.0f};
@@ -45,6 +54,10 @@ inline Segment segment_of(const SphereBundle& b, size_t i) {
           0.0f,
           {b.x[i] - b.origin[0], b.y[i] - b.origin[1], b.z[i] - b.origin[2]},
           1.0f};
+}
+
+inline Segment segment_of(const PointBundle& b, size_t i) {
+  return {{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {b.x[i], b.y[i], b.z[i]}, 1.0f};
 }
 
 }  // namespace vcd

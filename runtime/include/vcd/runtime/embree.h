@@ -193,9 +193,19 @@ size_t occluded_packet(Object object, const int* valid, RTCScene scene, Rays* ra
 struct EmbreeInstances {
   std::span<const RTCScene> objects;
   EmbreeQuery query = {};
+  // in_world[i] holds the triangles of instance i in the world's frame, where its transform is flat or otherwise
+  // without an inverse. Null or none: nothing is blocked there, as by an instance of Embree's that has such a
+  // transform.
+  std::span<const RTCScene> in_world = {};
 
+  // Null: nothing to trace.
+  RTCScene hierarchy(uint32_t instance, bool of_world) const {
+    if (!of_world) return objects[instance];
+    return instance < in_world.size() ? in_world[instance] : nullptr;
+  }
   void operator()(const UnclassifiedSegments& left) const {
-    vcd::occluded(objects[left.instance], query, left.segments, left.blocked);
+    if (const RTCScene scene = hierarchy(left.instance, left.in_world))
+      vcd::occluded(scene, query, left.segments, left.blocked);
   }
 };
 
@@ -205,8 +215,11 @@ inline void occluded1(const Scene& scene, const EmbreeInstances& instances, RTCR
   const bool blocked = scene.occluded(
       segment,
       [&](uint32_t instance) {
-        RTCRay inside = to_ray(scene.in_object(instance, segment));
-        embree_detail::occluded(nullptr, instances.objects[instance], inside, false);
+        const auto in_object = scene.in_object(instance, segment);
+        const RTCScene hierarchy = instances.hierarchy(instance, !in_object);
+        if (!hierarchy) return false;
+        RTCRay inside = to_ray(in_object.value_or(segment));
+        embree_detail::occluded(nullptr, hierarchy, inside, false);
         return inside.tfar == embree_detail::kBlocked;
       },
       query);

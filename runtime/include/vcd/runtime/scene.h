@@ -6,6 +6,9 @@
 // A hierarchy over the instances' boxes finds those that a segment could meet; their sidecars are asked, many in one
 // step; one blocked answer ends the segment; what is left goes to the caller.
 //
+// Transforms, boxes and segments may hold any floats. An instance that cannot be looked up is left to the caller, and
+// does not stop the scene from being built: Scene::use() says which are so.
+//
 // Threads: queries may run on any number of threads at once; set_transforms() not beside them.
 #pragma once
 
@@ -38,11 +41,20 @@ struct SceneInstance {
   static SceneInstance of(Object object, const Transform& to_world);
 };
 
+// What a scene does with an instance.
+enum class InstanceUse : uint8_t {
+  asked,  // its sidecar is asked where a segment could meet its box
+  left,   // every segment that could meet its box is left to the caller: it has no object, or one that answers nothing,
+          // or its transform is flat, or not finite, or so large or small that floats cannot hold its inverse. Where
+          // the box cannot be told either (something is not finite), that is every segment
+  absent,  // no segment meets it: its box is empty, or has no extent in the world (scale 0, as engines hide things)
+};
+
 // What a segment could still meet.
 struct UnclassifiedPair {
   uint32_t segment;  // index in the query's array
   uint32_t instance;
-  float length;  // of the segment's line inside the instance's box, in 256ths of the box
+  float length;  // of the segment's line inside the instance's box, in 256ths of the box; 256 where it is not known
 };
 
 struct SceneQuery {
@@ -56,9 +68,13 @@ inline constexpr uint32_t kNoInstance = 0xFFFFFFFF;
 // Segments of an array or a bundle that could meet one instance: for the caller's own hierarchy over its object.
 struct UnclassifiedSegments {
   uint32_t instance;
-  SegmentArrays segments;   // in the object's frame, t as in the world; at most 256, readable up to a multiple of 16
+  SegmentArrays segments;   // t as in the world; at most 256, readable up to a multiple of 16
   const uint32_t* indices;  // of the same segments in the query
   uint8_t* blocked;         // 0 for each of them: to become 1 where the instance blocks it
+  // false: the segments are in the object's frame. true: they are in the world's, as they were asked, because the
+  // instance's transform has no inverse (it is flat, or not finite), or because floats cannot hold them in the object's
+  // frame. Trace them against the instance's triangles in the world, or leave `blocked` as it is to let them pass.
+  bool in_world;
 };
 
 // A reference to the caller's function from UnclassifiedSegments to nothing, which must outlive the query.
@@ -79,9 +95,8 @@ class TraceUnclassified {
 class Scene {
  public:
   struct State;  // the runtime's own
-  // Instances keep their indices. Errors: usage (a transform that is not finite or cannot be inverted, a box that is
-  // empty or not finite), with the index; an unknown kernel; runtime (out of memory). kernel: one of kernels(); empty:
-  // the fastest.
+  // Instances keep their indices. Errors: usage (an unknown kernel); runtime (out of memory). No instance is an error:
+  // see use(). kernel: one of kernels(); empty: the fastest.
   static Result<Scene> build(std::span<const SceneInstance> instances, const std::string& kernel = {});
 
   Scene(Scene&&) noexcept;
@@ -90,8 +105,12 @@ class Scene {
 
   size_t size() const noexcept;
 
-  // New transforms for all instances. Errors as build(); then nothing has changed.
+  // New transforms for all instances. Errors: usage (not as many as instances); runtime (out of memory). Then nothing
+  // has changed. What use() says may change with the transforms.
   std::optional<Error> set_transforms(std::span<const Transform> to_world);
+
+  // What becomes of an instance. instance < size().
+  InstanceUse use(uint32_t instance) const noexcept;
 
   // blocked: by some instance. clear: no instance meets the segment. Everything else is unclassified. What instances
   // promise holds in the world: see spec/proofs.md, "Scenes".
@@ -101,8 +120,10 @@ class Scene {
 
   // The same, and for unclassified segments the instances that could meet them, by segment and then the longest first.
   struct Listed {
-    size_t count;   // of `list`, from its beginning
-    bool complete;  // false: there was no room for all of them, or a segment is not finite and could meet any
+    size_t count;  // of `list`, from its beginning
+    // false: there was no room for all of them, or a segment could meet any instance for all that is known: it is not
+    // finite, or it has coordinates beyond 2^40, or a direction below 2^-30 with |t| beyond 2^70
+    bool complete;
   };
   Listed classify(std::span<const Segment> segments, std::span<Visibility> answers, std::span<UnclassifiedPair> list,
                   const SceneQuery& query = {}) const noexcept;
@@ -110,6 +131,7 @@ class Scene {
   // Whether the segment is blocked. fallback(instance) -> bool is asked for instances that could meet it, until one
   // does.
   template <class Fallback>
+  requires std::is_invocable_v<Fallback, uint32_t>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
     const uint32_t self = query.origins.empty() ? kNoInstance : query.origins[0];
     if (self != kNoInstance && (mask(self) & query.mask) != 0 && fallback(self)) return true;
@@ -137,14 +159,25 @@ class Scene {
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
 
+  // The same with no fallback: what no look-up decides, the objects' own hierarchies do, exactly of the segment in the
+  // object's frame (in_object()), or in the world where that frame cannot hold it. All instances that are not absent
+  // need a hierarchy; without one they end the program with a message.
+  bool has_hierarchies() const noexcept;
+  bool occluded(const Segment& segment, const SceneQuery& query = {}) const noexcept;
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
+                const SceneQuery& query = {}) const noexcept;
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
+
   // The look-ups alone: segments that are neither blocked nor unclassified are clear.
   void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                 const SceneQuery& query = {}) const noexcept;
   void classify(const SphereBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                 const SceneQuery& query = {}) const noexcept;
 
-  // A segment in the frame of an instance's object; t stays as it is.
-  Segment in_object(uint32_t instance, const Segment& segment) const noexcept;
+  // A segment in the frame of an instance's object; t stays as it is. Nothing where the transform has no inverse, or
+  // where floats cannot hold the segment: see UnclassifiedSegments::in_world.
+  std::optional<Segment> in_object(uint32_t instance, const Segment& segment) const noexcept;
 
  private:
   static constexpr size_t kMostListed = 64;

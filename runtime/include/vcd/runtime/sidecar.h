@@ -25,6 +25,7 @@
 #include <vcd/format/layout.h>
 #include <vcd/format/segment.h>
 #include <vcd/runtime/bundle.h>
+#include <vcd/runtime/look_up_policy.h>
 #include <vcd/runtime/segment_arrays.h>
 
 namespace vcd {
@@ -59,6 +60,23 @@ class Object {
                                               : answer == Visibility::blocked;
   }
 
+  // Whether the object blocks the segment, with no fallback: what no look-up decides, its hierarchy of triangles does,
+  // and exactly (<vcd/format/meets.h>). So of a proven object every answer is that of real arithmetic on these floats,
+  // whatever the kernel, and one by one or many together. Needs has_hierarchy(); without one it ends the program with a
+  // message.
+  //
+  // from  where segments begin. It says whether to look up before the hierarchy is asked (OpenOptions::look_up), and
+  //       changes no answer but those by statistics.
+  bool occluded(const Segment& segment, From from = From::outside) const noexcept;
+  // Bit i % 64 of word i / 64 of `blocked` says that segment i is blocked; it needs (size + 63) / 64 words.
+  void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
+                From from = From::outside) const noexcept;
+  void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
+  void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
+  void occluded(const PointBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
+  // Whether the file holds the object's triangles in a hierarchy. The baker stores one unless told otherwise.
+  bool has_hierarchy() const noexcept;
+
   std::string_view name() const noexcept;  // UTF-8; empty where the source had none
   // False: every segment is unclassified (the baker found that look-ups would not pay, or OpenOptions refuse what it
   // has), so there is no need to ask.
@@ -70,6 +88,13 @@ class Object {
   friend class Sidecar;
   explicit Object(const ObjectData* data) : data_(data) {}
   const ObjectData* data_;
+};
+
+// Whether Object::occluded() and Scene::occluded() look up before they ask a hierarchy.
+enum class LookUpFirst : uint8_t {
+  as_baked,  // where the baker found that it saves time: for segments from outside, from inside the box, or neither
+  always,    // but of segments from the object itself, of which look-ups say next to nothing
+  never,
 };
 
 enum class Load {
@@ -86,6 +111,7 @@ struct OpenOptions {
   // Trust proofs only: cells that are blocked by statistics alone are unclassified, and so is everything of objects
   // that were baked by sampling. Costs nothing in a query.
   bool proven_only = false;
+  LookUpFirst look_up = LookUpFirst::as_baked;
   // What classifies arrays and bundles: one of kernels(); empty: the fastest.
   std::string kernel = {};
 };

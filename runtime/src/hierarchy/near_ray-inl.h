@@ -1,0 +1,95 @@
+// Making near rays.
+#if defined(VCD_RUNTIME_HIERARCHY_NEAR_RAY_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef VCD_RUNTIME_HIERARCHY_NEAR_RAY_INL_H
+#undef VCD_RUNTIME_HIERARCHY_NEAR_RAY_INL_H
+#else
+#define VCD_RUNTIME_HIERARCHY_NEAR_RAY_INL_H
+#endif
+
+#include "hierarchy/near_ray.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace vcd {
+namespace HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+// The interval in which the line is in the box is found in floats, from a base within 8 M of the frame's origin: wrong
+// by less than 8 u · 9 M times the reciprocal, and the base's t by less than 3 u · 10 M. So the box is grown by 2^-16
+// M.
+HWY_INLINE Nearness make_near_ray(const Traced& object, const Segment& segment, NearRay& ray) {
+  const hn::FixedTag<float, 4> d;
+  if (!(segment.t_min < segment.t_max)) return Nearness::misses;
+  const float reach = object.reach;
+  const auto three = hn::FirstN(d, 3);
+  const auto given = hn::LoadU(d, segment.direction);  // and t_max
+  const auto size = hn::IfThenElseZero(three, hn::Abs(given));
+  const float length = hn::GetLane(hn::MaxOfLanes(d, size));
+  // Written so that a NaN fails.
+  if (!hn::AllTrue(d, hn::Le(size, hn::Set(d, 0x1p60f))) || !(length >= 0x1p-60f)) return Nearness::far;
+
+  Base base{{segment.origin[0], segment.origin[1], segment.origin[2]}, 0, true};
+  auto origin = hn::IfThenElseZero(three, hn::LoadU(d, segment.origin));
+  if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach))))) {
+    if (!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 0x1p20f * reach)))) return Nearness::far;
+    base = far_base(object, segment);
+    origin = hn::IfThenElseZero(three, hn::LoadU(d, base.origin));
+    if (!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach)))) return Nearness::misses;
+  }
+  const float per_length = 1 / length;
+  const auto one = hn::Set(d, 1.0f);
+  auto direction = hn::Mul(given, hn::Set(d, per_length));
+  direction = hn::CopySign(hn::Max(hn::Abs(direction), hn::Set(d, 0x1p-40f)), direction);
+  const auto longest = hn::Ge(size, hn::Set(d, length));
+  direction = hn::IfThenElse(longest, hn::CopySign(one, direction), direction);
+  const auto reciprocal = hn::Div(one, direction), steep = hn::Abs(reciprocal);
+
+  const float first = (segment.t_min - base.t) * length, last = (segment.t_max - base.t) * length;
+  const auto low = hn::Mul(hn::Sub(hn::LoadU(d, object.min), origin), reciprocal),
+             high = hn::Mul(hn::Sub(hn::LoadU(d, object.max), origin), reciprocal);
+  const auto room = hn::Set(d, 0x1p-16f * reach);
+  const auto near = hn::IfThenElse(three, hn::NegMulAdd(room, steep, hn::Min(low, high)), hn::Set(d, first)),
+             far = hn::IfThenElse(three, hn::MulAdd(room, steep, hn::Max(low, high)), hn::Set(d, last));
+  const float enter = hn::GetLane(hn::MaxOfLanes(d, near)), leave = hn::GetLane(hn::MinOfLanes(d, far));
+  if (!(enter <= leave)) return Nearness::misses;
+
+  const bool begins = first >= enter, ends = last <= leave;
+  const float t = begins ? segment.t_min - base.t : enter * per_length;
+  if (t != 0 || !base.is_own) {
+    const hn::FixedTag<double, 2> wide;
+    const auto from = hn::Set(wide, double{t} + base.t);
+    const auto own = hn::LoadU(d, segment.origin);
+    const hn::FixedTag<float, 2> half;
+    const auto move = [&](auto begin, auto along) HWY_ATTR {
+      return hn::DemoteTo(half, hn::MulAdd(from, hn::PromoteTo(wide, along), hn::PromoteTo(wide, begin)));
+    };
+    origin = hn::Combine(d, move(hn::UpperHalf(half, own), hn::UpperHalf(half, given)),
+                         move(hn::LowerHalf(half, own), hn::LowerHalf(half, given)));
+    ray.origin_error = 0x1p-23f * reach;
+  } else {
+    ray.origin_error = 0;
+  }
+  ray.slack = 0x1p-20f * reach;
+  ray.s_end = leave - enter + 0x1p-15f * reach;
+  ray.first = begins ? 0.0f : -4 * reach;
+  ray.last = ends ? (segment.t_max - base.t - t) * length : 8 * reach;
+  ray.last_error = 0x1p-21f * ray.last + ray.origin_error;
+  const auto product = hn::Mul(origin, reciprocal), grow = hn::Mul(hn::Set(d, ray.slack), steep);
+  hn::Store(origin, d, ray.origin);
+  hn::Store(direction, d, ray.direction);
+  hn::Store(reciprocal, d, ray.reciprocal);
+  hn::Store(hn::Add(product, grow), d, ray.enter);
+  hn::Store(hn::Sub(product, grow), d, ray.leave);
+  const hn::RebindToUnsigned<decltype(d)> words;
+  const auto planes = hn::Mul(hn::Iota(words, 0), hn::Set(words, kNodeWidth));
+  const auto negative = hn::VecFromMask(words, hn::RebindMask(words, hn::Lt(direction, hn::Zero(d))));
+  hn::Store(hn::Add(planes, hn::And(negative, hn::Set(words, 3 * kNodeWidth))), words, ray.near_plane);
+  static constexpr uint8_t kOthers[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+  ray.main = static_cast<uint32_t>(hn::FindFirstTrue(d, longest));
+  ray.others[0] = kOthers[ray.main][0], ray.others[1] = kOthers[ray.main][1];
+  return Nearness::near;
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace vcd
+HWY_AFTER_NAMESPACE();
+#endif

@@ -1,0 +1,155 @@
+// What an object is asked.
+#include <algorithm>
+#include <cassert>
+
+#include <vcd/runtime/sidecar.h>
+
+#include "beam/beam.h"
+#include "hierarchy/fan.h"
+#include "lookup/object_data.h"
+#include "lookup/sample_bits.h"
+
+namespace vcd {
+namespace {
+
+// Of an object that answers nothing.
+void leave_all(size_t count, uint64_t* blocked, uint64_t* unclassified) {
+  for (size_t first = 0; first < count; first += kChunk) {
+    const size_t some = std::min(kChunk, count - first);
+    SampleBits{}.store(some, blocked + first / 64);
+    SampleBits::first(some).store(some, unclassified + first / 64);
+  }
+}
+
+// Asks `classify` of a chunk, if that is to be done, and the hierarchy for what it leaves.
+template <class Classify, class Trace>
+SampleBits decide(size_t count, bool look_up, const Classify& classify, const Trace& trace) {
+  SampleBits live = SampleBits::first(count), blocked{};
+  if (look_up) {
+    uint64_t words[2][words_for(kChunk)] = {};
+    classify(std::span(words[0]).first(words_for(count)), std::span(words[1]).first(words_for(count)));
+    blocked = SampleBits::of(words[0]), live = SampleBits::of(words[1]);
+  }
+  if (live.any()) blocked |= trace(live);
+  return blocked;
+}
+
+// Bundles, a chunk at a time.
+template <class Bundle>
+Bundle part_of(const Bundle& bundle, size_t first, size_t count) {
+  Bundle part = bundle;
+  part.x = bundle.x.subspan(first, count), part.y = bundle.y.subspan(first, count),
+  part.z = bundle.z.subspan(first, count);
+  return part;
+}
+QuadBundle part_of(const QuadBundle& bundle, size_t first, size_t count) {
+  QuadBundle part = bundle;
+  part.u = bundle.u.subspan(first, count), part.v = bundle.v.subspan(first, count);
+  return part;
+}
+
+template <class Bundle, class Classify>
+void occluded_bundle(const ObjectData& object, const Bundle& bundle, uint64_t* blocked, bool look_up,
+                     const Classify& classify) {
+  for (size_t first = 0; first < bundle.size(); first += kChunk) {
+    const Bundle part = part_of(bundle, first, std::min(kChunk, bundle.size() - first));
+    const auto trace = [&](const SampleBits& live) {
+      alignas(64) float direction[3][kChunk];
+      const size_t padded = (part.size() + kRun - 1) / kRun * kRun;
+      for (size_t i = 0; i < padded; ++i) {
+        const Segment s = segment_of(part, std::min(i, part.size() - 1));
+        for (int a = 0; a < 3; ++a) direction[a][i] = s.direction[a];
+      }
+      return object.trace->fan(object.traced, {{bundle.origin[0], bundle.origin[1], bundle.origin[2]},
+                                               {direction[0], direction[1], direction[2]},
+                                               part.size(),
+                                               live});
+    };
+    decide(
+        part.size(), look_up, [&](auto b, auto u) { classify(part, b, u); }, trace)
+        .store(part.size(), blocked + first / 64);
+  }
+}
+
+}  // namespace
+
+Visibility Object::classify(const Segment& segment) const noexcept {
+  return data_->classify_one(data_->frame, data_->tree, segment);
+}
+
+void Object::classify(std::span<const Segment> segments, std::span<Visibility> answers) const noexcept {
+  assert(answers.size() >= segments.size());
+  if (!this->answers()) return void(std::fill_n(answers.data(), segments.size(), Visibility::unclassified));
+  const LookUp at = data_->look_up();
+  at.kernels->segments(data_->frame, *at.tree, segments, answers.data());
+}
+
+void Object::classify(const SegmentArrays& segments, std::span<Visibility> answers) const noexcept {
+  assert(answers.size() >= segments.count);
+  if (!this->answers()) return void(std::fill_n(answers.data(), segments.count, Visibility::unclassified));
+  const LookUp at = data_->look_up();
+  at.kernels->arrays(data_->frame, *at.tree, segments, answers.data());
+}
+
+void Object::classify(const QuadBundle& bundle, std::span<uint64_t> blocked,
+                      std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, blocked) && fits(bundle, unclassified));
+  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
+  data_->kernels->quad(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
+}
+
+void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
+                      std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, blocked) && fits(bundle, unclassified));
+  if (!answers()) return leave_all(bundle.size(), blocked.data(), unclassified.data());
+  data_->kernels->sphere(data_->frame, data_->look_up(), bundle, blocked.data(), unclassified.data());
+}
+
+bool Object::occluded(const Segment& segment, From from) const noexcept {
+  if (data_->look_up_first[static_cast<size_t>(from)]) {
+    const Visibility answer = classify(segment);
+    if (answer != Visibility::unclassified) return answer == Visibility::blocked;
+  }
+  return data_->trace->one(data_->traced, segment);
+}
+
+void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, From from) const noexcept {
+  assert(has_words_for(segments.size(), blocked));
+  for (size_t first = 0; first < segments.size(); first += kChunk) {
+    const auto part = segments.subspan(first, std::min(kChunk, segments.size() - first));
+    const auto look_up = [&](auto blocked_bits, auto unclassified_bits) {
+      Visibility answers[kChunk];
+      classify(part, answers);
+      for (size_t i = 0; i < part.size(); ++i) {
+        blocked_bits[i / 64] |= uint64_t{answers[i] == Visibility::blocked} << i % 64;
+        unclassified_bits[i / 64] |= uint64_t{answers[i] == Visibility::unclassified} << i % 64;
+      }
+    };
+    decide(part.size(), data_->look_up_first[static_cast<size_t>(from)], look_up, [&](const SampleBits& live) {
+      return data_->trace->array(data_->traced, part.data(), live);
+    }).store(part.size(), blocked.data() + first / 64);
+  }
+}
+
+void Object::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
+  assert(fits(bundle, blocked));
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_first[static_cast<size_t>(from)],
+                  [&](const QuadBundle& part, auto b, auto u) { classify(part, b, u); });
+}
+void Object::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
+  assert(fits(bundle, blocked));
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_first[static_cast<size_t>(from)],
+                  [&](const SphereBundle& part, auto b, auto u) { classify(part, b, u); });
+}
+// There is no light whose lines could be looked up together.
+void Object::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, From) const noexcept {
+  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size() && has_words_for(bundle.size(), blocked));
+  occluded_bundle(*data_, bundle, blocked.data(), false, [](const PointBundle&, auto, auto) {});
+}
+bool Object::has_hierarchy() const noexcept { return static_cast<bool>(data_->traced.view); }
+
+std::string_view Object::name() const noexcept { return data_->name; }
+const ObjectRecord& Object::record() const noexcept { return *data_->record; }
+bool Object::answers() const noexcept { return data_->kernels != nullptr; }
+
+}  // namespace vcd
