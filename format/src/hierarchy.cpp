@@ -156,12 +156,9 @@ float greatest_coordinate(const float (&box_min)[3], const float (&box_max)[3]) 
 }
 
 float extent_above(float min, float max) {
-  const float extent = max - min;
-  // The difference of floats within kMostHierarchyCoordinate is exact in a double, or far from the middle of two
-  // floats.
-  return static_cast<double>(extent) >= static_cast<double>(max) - static_cast<double>(min)
-             ? extent
-             : std::nextafter(extent, kInfinity);
+  const float extent = max - min, part = extent - max;
+  const float error = (max - (extent - part)) + (-min - part);  // exact: Knuth's sum of two
+  return error > 0 ? std::nextafter(extent, kInfinity) : extent;
 }
 
 std::optional<HierarchyFault> check_hierarchy(Bytes section, CheckLevel level) {

@@ -14,6 +14,7 @@ import operator
 import struct
 import subprocess
 import sys
+from fractions import Fraction
 from itertools import combinations, product
 
 from xxh3 import u32, u64, xxh3_64, xxh3_128
@@ -80,11 +81,12 @@ class Section:
 #            critical, owned by an object, storages
 KNOWN = {"OBJT": (1, False, (0,)), "NAME": (1, False, (0,)), "PROV": (0, False, (0,)),
          "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,)),
-         "CLEA": (0, True, (0,))}
+         "CLEA": (0, True, (0,)), "HIER": (0, True, (0, 1))}
+RAW_ALIGNMENT = {"TREE": 4096, "HIER": 64}                                               # of the others: 8
 
 
 class VcdFile:
-    """A validated file. TREE sections are validated when `tree` asks for them."""
+    """A validated file. TREE and HIER sections are validated when `tree` and `hierarchy` ask for them."""
 
     def __init__(self, data, checksums=True):
         self.data, self.checksums = data, checksums
@@ -111,8 +113,8 @@ class VcdFile:
         require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
 
     def reserved(self, at, size):
-        """*Reserved fields*: zero in a file of version 2.2; ignored in files of later minor versions."""
-        require(self.minor > 2 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
+        """*Reserved fields*: zero in a file of version 2.3; ignored in files of later minor versions."""
+        require(self.minor > 3 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
 
     def read_section_table(self):
         """*Section table*: the entries one by one, and the layout."""
@@ -124,14 +126,14 @@ class VcdFile:
             require(s.flags in (0, 1), where, s.at + 4, "a flag other than bit 0 is set")
             require(s.type in KNOWN or not s.flags, "Versions", s.at, f"unknown critical section {s.type}")
             require(s.storage in (0, 1), where, s.at + 12, f"storage {s.storage}")
-            require(s.alignment in (8, 4096), where, s.at + 56, f"alignment {s.alignment}")
+            require(s.alignment in (8, 64, 4096), where, s.at + 56, f"alignment {s.alignment}")
             self.reserved(s.at + 60, 4)
             if s.type in KNOWN:
                 critical, owned, storages = KNOWN[s.type]
                 require(s.flags == critical, where, s.at + 4, f"{s.type} with critical flag {s.flags}")
                 require(owned or s.object == NONE, where, s.at + 8, f"{s.type} with an owner")
                 require(s.storage in storages, where, s.at + 12, f"{s.type} with storage {s.storage}")
-                require(s.alignment == (4096 if s.type == "TREE" and s.storage == 0 else 8), where, s.at + 56,
+                require(s.alignment == (RAW_ALIGNMENT.get(s.type, 8) if s.storage == 0 else 8), where, s.at + 56,
                         f"{s.type} with alignment {s.alignment}")
             if s.storage == 0:
                 require(s.logical_size == s.stored_size, where, s.at + 32, "raw with different sizes")
@@ -167,13 +169,13 @@ class VcdFile:
         return found[0] if found else None
 
     def read_objects(self):
-        """*OBJT section*, and which TREE, GEOM and CLEA belong to which object."""
+        """*OBJT section*, and which TREE, HIER, GEOM and CLEA belong to which object."""
         section = self.only("OBJT", 1)
         require(section.stored_size % 256 == 0, "OBJT section", section.at + 24, "size is no multiple of 256")
         self.objects = [ObjectRecord(self, section.offset + at) for at in range(0, section.stored_size, 256)]
         owned = {}
         for s in self.sections:
-            if s.type in ("TREE", "GEOM", "CLEA"):
+            if s.type in KNOWN and KNOWN[s.type][1]:
                 require(s.object < len(self.objects), "Section table", s.at + 8, f"no object {s.object}")
                 require((s.type, s.object) not in owned, "Section table", s.at + 8,
                         f"second {s.type} of object {s.object}")
@@ -236,9 +238,15 @@ class VcdFile:
         section = self.owned.get(("CLEA", index))
         return None if section is None else self.contents[section]
 
+    def hierarchy(self, index):
+        """The validated hierarchy of an object, or None."""
+        section = self.owned.get(("HIER", index))
+        return None if section is None else Hierarchy(self.contents[section], self.objects[index], self.sections[section])
+
     def dump(self):
-        for i in range(len(self.objects)):
+        for i, o in enumerate(self.objects):
             self.tree(i).check_counts()
+            o.hierarchy = self.hierarchy(i)
         return {"version": [self.major, self.minor], "sections": [s.describe() for s in self.sections],
                 "objects": [o.describe() for o in self.objects], "provenance": self.provenance}
 
@@ -285,7 +293,7 @@ class ObjectRecord:
              "audit_bound_95", "guard_band", "shift")
 
     def __init__(self, file, at):
-        self.at, self.name, where = at, "", "OBJT section"
+        self.at, self.name, self.hierarchy, where = at, "", None, "OBJT section"
         f = self.FORMAT.unpack_from(file.data, at)
         self.name_offset, self.name_length, self.source_index, self.depth, self.method, self.flags = f[:6]
         self.box_min, self.box_max, self.geometry_hash = f[6:9], f[9:12], f[12]
@@ -296,7 +304,7 @@ class ObjectRecord:
         self.method_parameters = list(f[26:34])
         self.statistical_cells, self.audit_lines, self.audit_wrong = f[34], list(f[35:37]), list(f[37:39])
         self.audit_bound_95, self.guard_band, self.shift = f[39], f[40], list(f[41:44])
-        require(file.minor > 2 or self.flags <= PARTS_LEFT_OUT, "Reserved fields", at + 14, f"flags {self.flags:#x}")
+        require(file.minor > 3 or self.flags <= PARTS_LEFT_OUT, "Reserved fields", at + 14, f"flags {self.flags:#x}")
         require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
         self.check_method(where)
@@ -332,6 +340,7 @@ class ObjectRecord:
     def describe(self):
         return {"name": self.name, "geometry_hash": self.geometry_hash.hex(),
                 "parts_left_out": bool(self.flags & PARTS_LEFT_OUT),
+                "hierarchy": self.hierarchy and self.hierarchy.describe(),
                 **{name: getattr(self, name) for name in self.NAMES}}
 
 
@@ -489,6 +498,110 @@ class Forest:
             node = self.known[level][children] = len(self.totals[level])
             self.totals[level].append((*cells, 1 + unfolded, 1 if folds else 1 + folded))
         return node
+
+
+# ---- the hierarchy ---------------------------------------------------------------------------------------------------
+
+UNIT, NODE_UNITS, NO_CHILD = 64, 7, 0x80000000
+
+
+def columns(raw, at, count, rows=3, kind="f"):
+    """`count` tuples of `rows` numbers, which are stored as `rows` arrays of `count`."""
+    numbers = struct.unpack_from(f"<{rows * count}{kind}", raw, at)
+    return list(zip(*(numbers[row * count:(row + 1) * count] for row in range(rows))))
+
+
+def box_of(points):
+    points = list(points)
+    return tuple(map(min, zip(*points))), tuple(map(max, zip(*points)))
+
+
+def rounded_up(x):
+    """The least binary32 that is not below a fraction of at least 0."""
+    nearest = f32(float(x))
+    return nearest if nearest >= x else _F32.unpack(struct.pack("<I", u32(_F32.pack(nearest), 0) + 1))[0]
+
+
+class Hierarchy:
+    """*HIER section* of one object, every rule checked that needs no mesh. `triangles` holds their corners."""
+
+    def __init__(self, data, record, section):
+        self.data, self.section, self.triangles = data, section, []
+        self.check(len(data) >= (1 + NODE_UNITS) * UNIT, 0, "the section is too small")
+        self.units, self.node_count, self.leaf_count, self.levels, triangle_count = struct.unpack_from("<IIIIQ", data)
+        self.check(len(data) == UNIT * self.units and self.units <= 0x1FFFFFFF, 0, "units is not the section's size")
+        self.check(1 <= self.levels <= 64, 0, f"{self.levels} levels")
+        self.check(not any(data[48:64]), 0, "the header's padding is not zero")
+        self.check(triangle_count == record.triangle_count, 0, "triangle_count is not the record's")
+        low, high = struct.unpack_from("<3f", data, 24), struct.unpack_from("<3f", data, 36)
+        self.check(all(map(math.isfinite, low + high)), 0, "the header's box is not finite")
+        self.check(2.0 ** -30 <= max(map(abs, low + high)) <= 2.0 ** 40, 0, "the coordinates are too large or too small")
+        self.check(all(m <= a and b <= n for m, a, b, n in zip(record.box_min, low, high, record.box_max)), 0,
+                   "the header's box is not inside the record's")
+        self.next, self.nodes, self.leaves, self.deepest = 1, 0, 0, 0
+        self.check(self.read_node(1, 1) == (low, high), 0, "the header's box is not that of the vertices")
+        self.check((self.next, self.nodes, self.leaves, self.deepest, len(self.triangles))
+                   == (self.units, self.node_count, self.leaf_count, self.levels, triangle_count), 0,
+                   "the section does not hold what its header says")
+
+    def check(self, condition, unit, message):
+        """For a compressed section the byte offset is that of the section; the message has the unit."""
+        where = self.section.offset + (UNIT * unit if self.section.storage == 0 else 0)
+        require(condition, "HIER section", where, f"{message} (unit {unit} of section {self.section.index})")
+
+    def take(self, unit, units):
+        """Order: what begins at `unit` is next."""
+        self.check(unit == self.next, self.next, f"unit {unit} is where unit {self.next} is due")
+        self.check(unit + units <= self.units, unit, "the section ends inside a node or leaf")
+        self.next += units
+
+    def read_node(self, unit, level):
+        """The box of what is below the node, which is level `level`."""
+        self.check(level <= 64, unit, "too many levels")
+        self.take(unit, NODE_UNITS)
+        self.nodes, self.deepest = self.nodes + 1, max(self.deepest, level)
+        at = UNIT * unit
+        words = struct.unpack_from("<16I", self.data, at + 384)
+        boxes = list(zip(columns(self.data, at, 16), columns(self.data, at + 192, 16)))
+        count = words.index(NO_CHILD) if NO_CHILD in words else 16
+        self.check(count > 0, unit, "a node without children")
+        empty = (math.inf,) * 3, (-math.inf,) * 3
+        self.check(all(w == NO_CHILD and b == empty for w, b in zip(words[count:], boxes[count:])), unit,
+                   "a child behind absent ones, or an absent one with a box")
+        children = list(zip(words[:count], boxes))
+        for word, box in children:
+            if word >> 31:
+                self.check(self.read_leaf(word) == box, word & 0x1FFFFFFF, "the leaf's box is not that of its vertices")
+        for word, box in children:
+            if not word >> 31:
+                self.check(self.read_node(word, level + 1) == box, unit, "a child's box is not that of what is below")
+        return box_of(corner for box in boxes[:count] for corner in box)
+
+    def read_leaf(self, word):
+        """The box of the leaf's vertices."""
+        unit, large, at = word & 0x1FFFFFFF, word >> 30 & 1, UNIT * (word & 0x1FFFFFFF)
+        self.check(not word >> 29 & 1, self.next, "bit 29 of a child is set")
+        self.take(unit, 7 if large else 4)
+        self.leaves += 1
+        count = 32 if large else 16
+        vertices, corners = columns(self.data, at, count), columns(self.data, at + 12 * count, 16, 3, "B")
+        present, zero, extent, *padding = struct.unpack_from("<HHf2I", self.data, at + 12 * count + 48)
+        n = present.bit_length()
+        self.check(n and present == 2 ** n - 1, unit, "present is not 2^n - 1")
+        self.check(not zero and not any(padding), unit, "the leaf's padding is not zero")
+        self.check(not any(map(any, corners[n:])), unit, "an absent triangle has corners")
+        used = {corner for triangle in corners[:n] for corner in triangle}
+        self.check(max(used) < count and used == set(range(max(used) + 1)), unit, "a vertex is not used, or is not there")
+        self.check(all(math.isfinite(x) for vertex in vertices for x in vertex), unit, "a vertex is not finite")
+        self.check(all(vertex == vertices[max(used)] for vertex in vertices[max(used):]), unit,
+                   "vertices behind the last one do not repeat it")
+        self.triangles += [tuple(vertices[corner] for corner in triangle) for triangle in corners[:n]]
+        low, high = box_of(vertices)
+        self.check(extent == max(rounded_up(Fraction(b) - Fraction(a)) for a, b in zip(low, high)), unit, "extent is not the longest side")
+        return low, high
+
+    def describe(self):
+        return {"bytes": len(self.data), "nodes": self.node_count, "leaves": self.leaf_count, "levels": self.levels}
 
 
 # ---- segments --------------------------------------------------------------------------------------------------------

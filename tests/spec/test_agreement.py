@@ -75,6 +75,8 @@ class Agreement(unittest.TestCase):
                         self.assertEqual(a[key], b[key], key)
                     self.assertEqual(list(a["cells"].values()), b["cells"] + [b["statistical_cells"]])
                     self.assertAlmostEqual(a["guard_band"], b["guard_band"], 6)
+                    shown = a["hierarchy"] and {key: a["hierarchy"][key] for key in ("bytes", "nodes", "leaves", "levels")}
+                    self.assertEqual(shown, b["hierarchy"])
                     audit = a["audit"] or {"lines": 0, "wrong": 0, "aimed_lines": 0, "aimed_wrong": 0}
                     self.assertEqual([audit["lines"], audit["aimed_lines"]], b["audit_lines"])
                     self.assertEqual([audit["wrong"], audit["aimed_wrong"]], b["audit_wrong"])

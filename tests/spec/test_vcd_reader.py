@@ -156,7 +156,7 @@ def entries(objects, provenance=((b"a", b"1"), (b"b", b"\xc3\xa9")), extra=()):
     return result + owned + list(extra)
 
 
-def assemble(sections, minor=2):
+def assemble(sections, minor=3):
     end, table, body = 64 + 64 * len(sections), b"", b""
     for s in sections:
         padding = -end % s.alignment
@@ -586,7 +586,7 @@ class Broken(unittest.TestCase):
     def test_reserved_fields(self):
         for at in (32, 64 + 60, self.record + 14):
             self.rejects(patched(self.data, (at, b"\2")), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\2"), (10, b"\3"))).dump()           # ignored in version 2.3
+            VcdFile(patched(self.data, (at, b"\2"), (10, b"\4"))).dump()           # ignored in version 2.4
         VcdFile(assemble(self.entries, minor=0xFFFF)).dump()
 
     def test_table_entries(self):
@@ -708,6 +708,86 @@ class Broken(unittest.TestCase):
         self.rejects(file(pools=(0, 0, 4)), "TREE section")
         self.rejects(file(nodes=(15, 15, 31)), "Node counts")
         self.rejects(file(Entry(b"TREE", vcd_reader.UNCLASSIFIED_TREE, 0, alignment=4096), tree=2), "Section table")
+
+    def test_hierarchy(self):
+        """One object of method none with a hierarchy: the root has a small leaf and a node, which has a large leaf."""
+        fan = [(0.0, float(i), 0.0) for i in range(17)]                            # 16 triangles over 18 vertices
+        fan_triangles = [(i, i + 1, 17) for i in range(16)]
+        fan.append((1.0, 8.0, 0.0))
+        one = [(-3.0, 0.0, 0.0), (-2.0, 0.0, 0.0), (-2.0, 1.0, 0.1)]
+
+        def columns(tuples, kind, count, rest):
+            tuples = [*tuples, *[rest] * count][:count]
+            return b"".join(struct.pack(f"<{count}{kind}", *column) for column in zip(*tuples))
+
+        def leaf(vertices, triangles, count):
+            sides = [max(axis) - min(axis) for axis in zip(*vertices)]
+            return columns(vertices, "f", count, vertices[-1]) + columns(triangles, "B", 16, (0, 0, 0)) \
+                + struct.pack("<HHf8x", 2 ** len(triangles) - 1, 0, max(sides))
+
+        def node(boxes, children):
+            return columns((low for low, _ in boxes), "f", 16, (INF,) * 3) \
+                + columns((high for _, high in boxes), "f", 16, (-INF,) * 3) \
+                + struct.pack("<16I", *children, *[0x80000000] * (16 - len(children)))
+
+        def box(vertices):
+            return tuple(map(min, zip(*vertices))), tuple(map(max, zip(*vertices)))
+
+        one = [struct.unpack("<3f", struct.pack("<3f", *v)) for v in one]
+        whole = box(one + fan)
+        header = struct.pack("<IIIIQ6f16x", 26, 2, 2, 2, 17, *whole[0], *whole[1])
+        good = header + node([box(one), box(fan)], [0x80000008, 12]) + leaf(one, [(0, 1, 2)], 16) \
+            + node([box(fan)], [0xC0000013]) + leaf(fan, fan_triangles, 32)
+        self.assertEqual(len(good), 26 * 64)
+        root, small, below, large = 64, 8 * 64, 12 * 64, 19 * 64
+
+        def file(hierarchy=good, storage=0, owners=(0,), triangles=17, low=-4.0, high=20.0):
+            record = struct.pack("<IIIBB2x6f16s2Q3QII3Q3Q8I72x", 0, 0, 0, 1, 0, low, low, low, high, high, high, bytes(16),
+                                 triangles, 21, 0, 0, 3840, NONE, NONE, 0, 0, 3, 15, 15, 15, *[0] * 8)
+            sections = [Entry(b"HIER", hierarchy, i, storage, 8 if storage else 64) for i in owners]
+            return assemble([Entry(b"OBJT", record), Entry(b"NAME", b""), *sections])
+
+        for storage in (0, 1):
+            read = VcdFile(file(storage=storage))
+            self.assertEqual(read.dump()["objects"][0]["hierarchy"], {"bytes": 26 * 64, "nodes": 2, "leaves": 2, "levels": 2})
+            self.assertEqual(read.hierarchy(0).triangles,
+                             [tuple(one)] + [tuple(fan[c] for c in t) for t in fan_triangles])
+        self.assertIsNone(VcdFile(file(owners=())).dump()["objects"][0]["hierarchy"])
+        self.rejects(file(owners=(1,)), "Section table")
+        self.rejects(file(owners=(0, 0)), "Section table")
+
+        where = "HIER section"
+        self.rejects(file(triangles=18), where)
+        self.rejects(file(low=-3.0 + 2.0 ** -10), where)
+        self.rejects(file(good + bytes(64)), where)
+        self.rejects(file(good[:-64]), where)
+        self.rejects(file(good[:64]), where)
+        f32 = lambda x: struct.pack("<f", x)
+        damages = [(at, u32(value)) for at, value in (
+            (0, 25), (4, 3), (8, 3), (12, 1), (12, 0), (12, 65), (16, 16), (48, 1), (60, 1),           # header
+            (root + 384, 0x80000009), (root + 384, 0xC0000008), (root + 384, 8), (root + 384, 0xA0000008),
+            (root + 388, 0x80000000), (root + 388, 11), (root + 388, 0x2000000C), (root + 392, 12),
+            (below + 384, 0x80000000), (below + 384, 0x80000013), (below + 384, 1),
+            (small + 12 * 16 + 48, 2), (small + 12 * 16 + 48, 3), (small + 12 * 16 + 48, 0x10001), (small + 252, 1))]
+        damages += [(at, bytes([value])) for at, value in (
+            (small + 12 * 16, 3), (small + 12 * 16, 16), (small + 12 * 16 + 1, 1), (large + 12 * 32, 32))]
+        damages += [(at, f32(value)) for at, value in (
+            (24, -3.5), (24, NAN), (36, INF), (root, -3.5), (root + 4, 0.5), (root + 8, 0.0), (root + 192, -1.0),
+            (below, -0.5), (small, -3.5), (small, NAN), (small + 12, -1.9), (small + 12 * 16 + 52, 1.1),
+            (large + 4 * 31, 0.5))]
+        for at, new in damages:
+            with self.subTest(at=at, new=new):
+                self.rejects(file(good[:at] + new + good[at + len(new):]), where)
+                self.rejects(file(good[:at] + new + good[at + len(new):], storage=1), where)
+        for exponent, is_good in ((36, True), (37, False), (-34, True), (-35, False)):  # the largest coordinate is 16
+            scaled = [tuple(2.0 ** exponent * x for x in v) for v in fan]
+            header = struct.pack("<IIIIQ6f16x", 15, 1, 1, 1, 16, *box(scaled)[0], *box(scaled)[1])
+            data = file(header + node([box(scaled)], [0xC0000008]) + leaf(scaled, fan_triangles, 32), triangles=16,
+                        low=-2.0 ** 50, high=2.0 ** 50)
+            if is_good:
+                VcdFile(data).dump()
+            else:
+                self.rejects(data, where)
 
     def test_counts(self):
         r = self.record

@@ -99,13 +99,14 @@ void write_methods(const std::filesystem::path& path) {
   write(path, std::move(objects), Storage::zstd);
 }
 
-// Names, embedded geometry, clearance, parts that were left out and a shift; and the last object alone.
+// Names, embedded geometry, clearance, a hierarchy of two levels, parts that were left out and a shift; and the last
+// object alone.
 void write_several(const std::filesystem::path& several, const std::filesystem::path& example) {
   BakeOptions options = quick(2, 81);
   options.seed = 0xFEDCBA9876543210;
   options.embed_geometry = true;
   std::vector<BakedObject> baked;
-  for (SourceMesh mesh : {sphere(6, 8), leaves(4), leaves(5), triangle()})
+  for (SourceMesh mesh : {sphere(12, 16), leaves(4), leaves(5), triangle()})
     baked.push_back(must_bake(std::move(mesh), options));
   const std::string_view names[] = {"", "Ähre \"im\" Wind\n", "twice", "twice"};
   std::vector<ObjectToWrite> objects;
