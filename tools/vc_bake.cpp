@@ -17,6 +17,7 @@
 #include "bake/options.h"
 #include "bake/report.h"
 #include "common/memory.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 #include "common/plan_report.h"
 #include "common/program.h"
@@ -213,27 +214,25 @@ int run(const Options& options) {
 }
 
 // --plan of one object. Its part of the report; `code` is set where it fails.
-Json plan_object(const Options& options, const Asset& asset, SourceMesh&& mesh, int& code) {
+Json plan_object(const Options& options, const Asset& asset, const PreparedMesh& mesh, int& code) {
   const std::string name = printable(mesh.name);
-  const uint32_t index = mesh.source_index;
   BakeOptions bake_options = asset.settings.bake_options();
   bake_options.threads = options.threads;
   bake_options.stop = interrupted;
-  const auto prepared = prepare(std::move(mesh));
-  const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
+  const auto planned = plan(mesh, bake_options);
   if (!planned) {
     const std::string message = shown(asset.input) + ": " + planned.error().message;
     code = fail({planned.error().code, message});
-    return {{"source_index", index}, {"name", name}, {"error", message}, {"exit_code", code}};
+    return {{"source_index", mesh.source_index}, {"name", name}, {"error", message}, {"exit_code", code}};
   }
   if (options.common.format == OutputFormat::text) {
-    std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(),
-                prepared->triangles.size());
+    std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), mesh.source_index, name.c_str(),
+                mesh.triangles.size());
     print_plan(*planned);
   }
-  return {{"source_index", index},
-          {"name", prepared->name},
-          {"triangle_count", prepared->triangles.size()},
+  return {{"source_index", mesh.source_index},
+          {"name", mesh.name},
+          {"triangle_count", mesh.triangles.size()},
           {"plan", describe_plan(*planned)}};
 }
 
@@ -250,14 +249,20 @@ int run_plan(const Options& options) {
   };
   for (const Error& error : found->errors) add_failed("", error);
   for (const Asset& asset : found->assets) {
-    auto ingested = ingest_isolated(asset.input, asset.settings.ingest_options());
-    if (!ingested) {
-      add_failed(asset.input, ingested.error());
+    auto file = MeshFile::read(asset.input, asset.settings.ingest_options());
+    if (!file) {
+      add_failed(asset.input, file.error());
       continue;
     }
     Json objects = Json::array();
     int code = kExitOk;
-    for (SourceMesh& mesh : ingested->meshes) objects.push_back(plan_object(options, asset, std::move(mesh), code));
+    while (const auto mesh = file->next()) objects.push_back(plan_object(options, asset, *mesh, code));
+    if (const auto unusable = file->fault()) {
+      add_failed(asset.input, *unusable);
+      continue;
+    }
+    if (!options.common.quiet)
+      for (const std::string& note : file->notes()) print_note(shown(asset.input) + ": " + note);
     codes.push_back(code);
     all.push_back({{"input", path_to_json(asset.input)}, {"objects", objects}});
   }
