@@ -39,7 +39,7 @@ struct Options {
   double time_limit = 14400;
   bool plan_only = false, update = false, resume = false, fail_fast = false, dry_run = false, prune = false,
        verbose = false;
-  std::string cache, report, events, depfile;
+  std::string cache, report, events, depfile, depfile_target;
 };
 
 unsigned processors() {
@@ -143,7 +143,8 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
     std::vector<fs::path> files = {assets[0].input};
     for (const fs::path& source : records[0].outcome.baked.sources)
       files.push_back(assets[0].input.parent_path() / source);
-    note(write_depfile(options.depfile, assets[0].output, files));
+    note(write_depfile(options.depfile,
+                       options.depfile_target.empty() ? assets[0].output : fs::path(options.depfile_target), files));
   }
   const bool as_json = options.common.format == OutputFormat::json;
   if (!as_json && options.report.empty()) return codes;
@@ -301,8 +302,16 @@ void add_run_options(CLI::App& app, Options& options) {
   app.add_option("--events", options.events,
                  "Write what happens as it happens, a JSON object a line; -: standard output")
       ->type_name("FILE");
-  app.add_option("--depfile", options.depfile, "For Make and Ninja: write which files one asset's sidecar depends on")
-      ->type_name("FILE");
+  auto* const depfile =
+      app.add_option(
+             "--depfile", options.depfile,
+             "For Make and Ninja: write which files one asset's sidecar depends on. Names that they would misread "
+             "stand\nthere as links, FILE.links/1 and so on")
+          ->type_name("FILE");
+  app.add_option("--depfile-target", options.depfile_target,
+                 "What the dependency file names as depending on them (default: the sidecar)")
+      ->type_name("NAME")
+      ->needs(depfile);
 }
 
 }  // namespace
