@@ -17,6 +17,7 @@
 #include "bake/options.h"
 #include "bake/report.h"
 #include "common/memory.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 #include "common/plan_report.h"
 #include "common/program.h"
@@ -38,7 +39,7 @@ struct Options {
   double time_limit = 14400;
   bool plan_only = false, update = false, resume = false, fail_fast = false, dry_run = false, prune = false,
        verbose = false;
-  std::string cache, report, events, depfile;
+  std::string cache, report, events, depfile, depfile_target;
 };
 
 unsigned processors() {
@@ -142,7 +143,8 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
     std::vector<fs::path> files = {assets[0].input};
     for (const fs::path& source : records[0].outcome.baked.sources)
       files.push_back(assets[0].input.parent_path() / source);
-    note(write_depfile(options.depfile, assets[0].output, files));
+    note(write_depfile(options.depfile,
+                       options.depfile_target.empty() ? assets[0].output : fs::path(options.depfile_target), files));
   }
   const bool as_json = options.common.format == OutputFormat::json;
   if (!as_json && options.report.empty()) return codes;
@@ -213,27 +215,25 @@ int run(const Options& options) {
 }
 
 // --plan of one object. Its part of the report; `code` is set where it fails.
-Json plan_object(const Options& options, const Asset& asset, SourceMesh&& mesh, int& code) {
+Json plan_object(const Options& options, const Asset& asset, const PreparedMesh& mesh, int& code) {
   const std::string name = printable(mesh.name);
-  const uint32_t index = mesh.source_index;
   BakeOptions bake_options = asset.settings.bake_options();
   bake_options.threads = options.threads;
   bake_options.stop = interrupted;
-  const auto prepared = prepare(std::move(mesh));
-  const auto planned = prepared ? plan(*prepared, bake_options) : Result<Plan>(prepared.error());
+  const auto planned = plan(mesh, bake_options);
   if (!planned) {
     const std::string message = shown(asset.input) + ": " + planned.error().message;
     code = fail({planned.error().code, message});
-    return {{"source_index", index}, {"name", name}, {"error", message}, {"exit_code", code}};
+    return {{"source_index", mesh.source_index}, {"name", name}, {"error", message}, {"exit_code", code}};
   }
   if (options.common.format == OutputFormat::text) {
-    std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), index, name.c_str(),
-                prepared->triangles.size());
+    std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), mesh.source_index, name.c_str(),
+                mesh.triangles.size());
     print_plan(*planned);
   }
-  return {{"source_index", index},
-          {"name", prepared->name},
-          {"triangle_count", prepared->triangles.size()},
+  return {{"source_index", mesh.source_index},
+          {"name", mesh.name},
+          {"triangle_count", mesh.triangles.size()},
           {"plan", describe_plan(*planned)}};
 }
 
@@ -250,14 +250,20 @@ int run_plan(const Options& options) {
   };
   for (const Error& error : found->errors) add_failed("", error);
   for (const Asset& asset : found->assets) {
-    auto ingested = ingest_isolated(asset.input, asset.settings.ingest_options());
-    if (!ingested) {
-      add_failed(asset.input, ingested.error());
+    auto file = MeshFile::read(asset.input, asset.settings.ingest_options());
+    if (!file) {
+      add_failed(asset.input, file.error());
       continue;
     }
     Json objects = Json::array();
     int code = kExitOk;
-    for (SourceMesh& mesh : ingested->meshes) objects.push_back(plan_object(options, asset, std::move(mesh), code));
+    while (const auto mesh = file->next()) objects.push_back(plan_object(options, asset, *mesh, code));
+    if (const auto unusable = file->fault()) {
+      add_failed(asset.input, *unusable);
+      continue;
+    }
+    if (!options.common.quiet)
+      for (const std::string& note : file->notes()) print_note(shown(asset.input) + ": " + note);
     codes.push_back(code);
     all.push_back({{"input", path_to_json(asset.input)}, {"objects", objects}});
   }
@@ -296,8 +302,16 @@ void add_run_options(CLI::App& app, Options& options) {
   app.add_option("--events", options.events,
                  "Write what happens as it happens, a JSON object a line; -: standard output")
       ->type_name("FILE");
-  app.add_option("--depfile", options.depfile, "For Make and Ninja: write which files one asset's sidecar depends on")
-      ->type_name("FILE");
+  auto* const depfile =
+      app.add_option(
+             "--depfile", options.depfile,
+             "For Make and Ninja: write which files one asset's sidecar depends on. Names that they would misread "
+             "stand\nthere as links, FILE.links/1 and so on")
+          ->type_name("FILE");
+  app.add_option("--depfile-target", options.depfile_target,
+                 "What the dependency file names as depending on them (default: the sidecar)")
+      ->type_name("NAME")
+      ->needs(depfile);
 }
 
 }  // namespace

@@ -89,6 +89,7 @@ void print_outcome(const verify::Outcome& outcome, bool quiet) {
     if (issue.severity == Severity::warning && !quiet) print_note(name + issue.text());
   }
   if (quiet) return;
+  for (const std::string& note : outcome.notes) print_note(note);
   std::fputs(verify::text_of(outcome).c_str(), stdout);
   if (outcome.subject == verify::Subject::sidecar && !outcome.failed()) std::printf("%sok\n", name.c_str());
 }

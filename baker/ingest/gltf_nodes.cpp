@@ -17,6 +17,7 @@ namespace {
 
 using Matrix = std::array<double, 12>;  // row-major 3 x 4, as Placement::transform
 constexpr Matrix kIdentity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+constexpr const char* kNotFinite = "its transform is not finite in single precision";
 
 // What `inner` does, then what `outer` does.
 Matrix product(const Matrix& outer, const Matrix& inner) {
@@ -81,16 +82,6 @@ Matrix local_transform(const GltfObject& node, std::string& odd) {
   return {row_x[0] * s[0], row_x[1] * s[1], row_x[2] * s[2], t[0],  //
           row_y[0] * s[0], row_y[1] * s[1], row_y[2] * s[2], t[1],  //
           row_z[0] * s[0], row_z[1] * s[1], row_z[2] * s[2], t[2]};
-}
-
-std::array<float, 12> to_float(const Matrix& matrix) {
-  std::array<float, 12> rounded;
-  // A double beyond float's range must not be cast; infinity says as much.
-  std::transform(matrix.begin(), matrix.end(), rounded.begin(), [](double value) {
-    return std::fabs(value) <= std::numeric_limits<float>::max() ? static_cast<float>(value)
-                                                                 : std::numeric_limits<float>::infinity();
-  });
-  return rounded;
 }
 
 class NodeReader {
@@ -216,7 +207,7 @@ class NodeReader {
       note(here.place() + " left out: its instances (EXT_mesh_gpu_instancing) are not read");
       return;
     }
-    const Placement placement{mesh->second, to_float(nodes_[index].to_scene)};
+    const Placement placement{mesh->second, nodes_[index].to_scene};
     if (const char* reason = why_not_invertible(placement.transform)) {
       note(here.place() + " left out: " + reason);
     } else {
@@ -237,8 +228,10 @@ class NodeReader {
 
 void read_placements(const GltfDocument& document, Ingested& ingested) { NodeReader(document, ingested).read(); }
 
-const char* why_not_invertible(const std::array<float, 12>& transform) {
-  const auto m = [&](size_t row, size_t column) { return double{transform[4 * row + column]}; };
+const char* why_not_invertible(const std::array<double, 12>& transform) {
+  const auto is_float = [](double value) { return std::fabs(value) <= std::numeric_limits<float>::max(); };
+  if (!std::all_of(transform.begin(), transform.end(), is_float)) return kNotFinite;
+  const auto m = [&](size_t row, size_t column) { return double{static_cast<float>(transform[4 * row + column])}; };
   double determinant = 0;  // the volume of the unit cube's image, negative if mirrored
   double volume = 1;       // what it would be if the edges had stayed orthogonal
   for (size_t i = 0; i < 3; ++i) {
@@ -247,8 +240,7 @@ const char* why_not_invertible(const std::array<float, 12>& transform) {
     volume *= std::sqrt(m(0, i) * m(0, i) + m(1, i) * m(1, i) + m(2, i) * m(2, i));
   }
   const double size = std::fabs(determinant);
-  const bool finite = std::all_of(transform.begin(), transform.end(), [](float f) { return std::isfinite(f); });
-  if (!finite || size > std::numeric_limits<float>::max()) return "its transform is not finite in single precision";
+  if (size > std::numeric_limits<float>::max()) return kNotFinite;
   // A zero scale between two rotations comes out as what rounding leaves of it.
   constexpr double kRounding = 4 * std::numeric_limits<float>::epsilon();
   if (size < std::numeric_limits<float>::min() || size <= kRounding * volume) return "its scale is zero";

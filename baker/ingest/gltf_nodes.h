@@ -14,12 +14,14 @@ namespace vcd {
 // EXT_mesh_gpu_instancing, and transforms that are not invertible.
 //
 // The default scene is `scene`, else scene 0; in a file without scenes, all nodes. The hierarchy is checked
-// for all nodes, transforms and meshes for those of the scene.
-// Throws GltfFailure (invalid_file), which names the node: indices out of range, cycles, two parents,
-// malformed transforms. Time and memory are linear in the nodes, however deep they are nested.
+// for all nodes, transforms and meshes for those of the scene. What other loaders take is taken with a note: a node of
+// two parents, a root that is a child too, both a matrix and parts of one, a last row of a matrix that is not 0 0 0 1,
+// a rotation without a direction, a cycle (which is left out). Throws GltfFailure (invalid_file), which names the node:
+// indices out of range, transforms that are not so many numbers. Time and memory are linear in the nodes, however deep
+// they are nested.
 void read_placements(const GltfDocument& document, Ingested& ingested);
 
 // Why single precision cannot undo a row-major 3 x 4 transform ("its scale is zero"); nullptr if it can.
-const char* why_not_invertible(const std::array<float, 12>& transform);
+const char* why_not_invertible(const std::array<double, 12>& transform);
 
 }  // namespace vcd

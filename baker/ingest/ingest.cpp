@@ -8,6 +8,7 @@
 #include "ingest/check.h"
 #include "ingest/draco_mesh.h"
 #include "ingest/gltf.h"
+#include "ingest/gltf_nodes.h"
 #include "ingest/obj.h"
 #include "ingest/off.h"
 #include "ingest/ply.h"
@@ -51,21 +52,26 @@ bool is_binary_stl(const std::filesystem::path& path, std::string_view bytes) {
   return reader_for(path) == ingest_stl && size_fits_binary_stl(bytes);
 }
 
-// Coordinates that are floats already: subtracted from in double, rounded once. The placements take it back, so that
-// the meshes stand where they stood.
-void shift_all(Ingested& ingested, const std::array<double, 3>& shift) {
+constexpr std::array<double, 3> kNoShift{};
+
+// Coordinates that are floats already: subtracted from in double, rounded once.
+void shift_floats(Ingested& ingested, const std::array<double, 3>& shift) {
   for (SourceMesh& mesh : ingested.meshes) {
     mesh.shift = shift;
     for (Position& position : mesh.positions)
       for (size_t axis = 0; axis < 3; ++axis) position[axis] = static_cast<float>(position[axis] - shift[axis]);
   }
-  for (Placement& placement : ingested.placements) {
-    for (size_t row = 0; row < 12; row += 4) {
-      double moved = placement.transform[row + 3];
-      for (size_t axis = 0; axis < 3; ++axis) moved += placement.transform[row + axis] * shift[axis];
-      placement.transform[row + 3] = static_cast<float>(moved);
-    }
-  }
+}
+
+void take_shift_back(Ingested& ingested, const std::array<double, 3>& shift) {
+  for (Placement& placement : ingested.placements)
+    for (size_t row = 0; row < 12; row += 4)
+      for (size_t axis = 0; axis < 3; ++axis)
+        placement.transform[row + 3] += placement.transform[row + axis] * shift[axis];
+  const auto lost = std::erase_if(ingested.placements, [](const Placement& placement) {
+    return why_not_invertible(placement.transform) != nullptr;
+  });
+  if (lost > 0) ingested.notes.push_back("the shift takes " + std::to_string(lost) + " placed meshes out of sight");
 }
 
 }  // namespace
@@ -88,12 +94,12 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
     return file_error(path, ErrorCode::invalid_file, what);
   Result<Ingested> result = read(path, *bytes, options);
   if (!result) return result;
-  if (options.shift != std::array<double, 3>{} && (read == ingest_gltf || read == ingest_drc))
-    shift_all(*result, options.shift);
+  if (options.shift != kNoShift && (read == ingest_gltf || read == ingest_drc)) shift_floats(*result, options.shift);
   result->sources.insert(result->sources.begin(), {path.filename().string(), content_hash(*bytes)});
   if (options.placements && read != ingest_gltf) {
     for (uint32_t i = 0; i < result->meshes.size(); ++i) result->placements.push_back({.mesh = i});
   }
+  if (options.shift != kNoShift) take_shift_back(*result, options.shift);
   if (std::optional<Error> fault = check_ingested(path, *result)) return *std::move(fault);
   return result;
 } catch (const std::bad_alloc&) {

@@ -18,7 +18,7 @@ namespace {
 // source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements (array) and
 // the sources (count; for each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its
 // items as they are in memory.
-static_assert(sizeof(Placement) == 13 * 4, "no padding, whose bytes would be anyone's");
+static_assert(sizeof(Placement) == 13 * 8, "no padding, whose bytes would be anyone's");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
 constexpr uint64_t kEnd = 0x646E'4573'6873'656D;
 constexpr size_t kChunk = size_t{1} << 30;  // one call moves at most 2 GiB

@@ -32,10 +32,16 @@ ObjectToWrite BakedObject::to_write() const {
           std::as_bytes(std::span(arrays_->clearances))};
 }
 
+void describe_source(const PreparedMesh& mesh, ObjectRecord& record) {
+  record.source_index = mesh.source_index;
+  record.flags = mesh.left_out.any() ? kPartsLeftOut : 0;
+  std::copy(mesh.shift.begin(), mesh.shift.end(), record.shift);
+}
+
 namespace {
 
 void describe_mesh(const PreparedMesh& mesh, ObjectRecord& record) {
-  record.source_index = mesh.source_index;
+  describe_source(mesh, record);
   std::copy(mesh.box_min.begin(), mesh.box_min.end(), record.box_min);
   std::copy(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
   record.geometry_hash = mesh.geometry_hash;

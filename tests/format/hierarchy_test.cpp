@@ -52,14 +52,14 @@ struct Section {
   Found first(uint32_t flags, uint32_t below) {
     HierarchyNode& parent = node(below);
     for (uint32_t i = 0; i < kNodeWidth && parent.child[i] != kNoChild; ++i)
-      if ((parent.child[i] & (kLeaf | kLarge)) == flags) return {&parent, i};
+      if ((parent.child[i] & (kLeafChild | kLargeChild)) == flags) return {&parent, i};
     for (uint32_t i = 0; i < kNodeWidth && parent.child[i] != kNoChild; ++i)
-      if (!(parent.child[i] & kLeaf))
+      if (!(parent.child[i] & kLeafChild))
         if (const Found found = first(flags, parent.child[i]); found.parent) return found;
     return {nullptr, 0};
   }
-  uint32_t first_small() { return first(kLeaf).child(); }
-  uint32_t first_large() { return first(kLeaf | kLarge).child(); }
+  uint32_t first_small() { return first(kLeafChild).child(); }
+  uint32_t first_large() { return first(kLeafChild | kLargeChild).child(); }
   uint32_t first_node() { return first(0).child(); }
 
   std::optional<HierarchyFault> check(CheckLevel level) const { return check_hierarchy(bytes_of(units), level); }
@@ -70,8 +70,8 @@ TEST(CheckHierarchy, AcceptsWhatTheBakerBuilds) {
   for (const CheckLevel level : {CheckLevel::bounds, CheckLevel::checksums, CheckLevel::canonical})
     EXPECT_FALSE(section.check(level));
   ASSERT_GT(section.header().levels, 1u);
-  ASSERT_TRUE(section.first(kLeaf).parent);
-  ASSERT_TRUE(section.first(kLeaf | kLarge).parent);
+  ASSERT_TRUE(section.first(kLeafChild).parent);
+  ASSERT_TRUE(section.first(kLeafChild | kLargeChild).parent);
   ASSERT_TRUE(section.first(0).parent);
 }
 
@@ -119,7 +119,7 @@ TEST(CheckHierarchy, FindsEachBrokenStatement) {
        }},
       {"bit 29 of a leaf", Kind::order, kBounds,
        [](Section& s) {
-         const auto found = s.first(kLeaf);
+         const auto found = s.first(kLeafChild);
          found.parent->child[found.slot] |= 0x20000000;
        }},
       {"bit 29 of a node", Kind::order, kBounds,
@@ -130,12 +130,12 @@ TEST(CheckHierarchy, FindsEachBrokenStatement) {
       {"a large node", Kind::order, kBounds,
        [](Section& s) {
          const auto found = s.first(0);
-         found.parent->child[found.slot] |= kLarge;
+         found.parent->child[found.slot] |= kLargeChild;
        }},
       {"a small leaf that says it is large", Kind::leaf, kBounds,
        [](Section& s) {
-         const auto found = s.first(kLeaf);
-         found.parent->child[found.slot] |= kLarge;
+         const auto found = s.first(kLeafChild);
+         found.parent->child[found.slot] |= kLargeChild;
        }},
       {"a node without children", Kind::order, kBounds,
        [](Section& s) { std::fill_n(s.node(s.first_node()).child, kNodeWidth, kNoChild); }},
@@ -153,7 +153,7 @@ TEST(CheckHierarchy, FindsEachBrokenStatement) {
       // Boxes.
       {"a leaf's box too large", Kind::box, kCanonical,
        [](Section& s) {
-         const auto found = s.first(kLeaf);
+         const auto found = s.first(kLeafChild);
          float& x = found.parent->max[1][found.slot];
          x = std::nextafter(x, kInfinity);
        }},
@@ -220,7 +220,7 @@ TEST(CheckHierarchy, RefusesTooManyLevels) {
     units.insert(units.end(), one.begin() + 8, one.end());
     Section section{units};
     for (uint32_t level = 0; level + 1 < levels; ++level) section.node(1 + 7 * level).child[0] = 8 + 7 * level;
-    section.node(1 + 7 * (levels - 1)).child[0] = kLeaf | (1 + 7 * levels);
+    section.node(1 + 7 * (levels - 1)).child[0] = kLeafChild | (1 + 7 * levels);
     section.header().units = static_cast<uint32_t>(units.size());
     section.header().node_count = section.header().levels = levels;
     return section;

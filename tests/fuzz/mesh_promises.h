@@ -29,7 +29,7 @@ inline void require_ingested(const Ingested& ingested) {
   }
   for (const Placement& placement : ingested.placements) {
     require(placement.mesh < ingested.meshes.size(), "a placement is of a mesh that is there");
-    require(std::ranges::all_of(placement.transform, [](float x) { return std::isfinite(x); }),
+    require(std::ranges::all_of(placement.transform, [](double x) { return std::isfinite(static_cast<float>(x)); }),
             "placements are finite");
   }
 }

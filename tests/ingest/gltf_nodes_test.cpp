@@ -9,7 +9,7 @@
 namespace vcd::test {
 namespace {
 
-using Transform = std::array<float, 12>;
+using Transform = std::array<double, 12>;
 constexpr Transform identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
 const double half = std::sqrt(0.5);
@@ -94,7 +94,7 @@ TEST_F(GltfNodes, DeepNestingNeitherOverflowsNorAddsUpRounding) {
   nodes[depth - 1]["mesh"] = 0;
   const Ingested ingested = read(with_nodes(nodes));
   ASSERT_EQ(ingested.placements.size(), 1u);
-  EXPECT_EQ(ingested.placements[0].transform[3], 10'000.0f);
+  EXPECT_FLOAT_EQ(ingested.placements[0].transform[3], 10'000.0f);
 }
 
 TEST_F(GltfNodes, OneMeshStandsUnderManyNodesInTheirOrder) {
@@ -124,15 +124,15 @@ TEST_F(GltfNodes, TheDefaultSceneIsDrawn) {
                                     {{"mesh", 0}, {"translation", {2, 0, 0}}},
                                     {{"mesh", 0}, {"translation", {3, 0, 0}}}});
   const auto shifts = [&] {
-    std::vector<float> x;
+    std::vector<double> x;
     for (const Placement& placement : read(builder).placements) x.push_back(placement.transform[3]);
     return x;
   };
-  EXPECT_EQ(shifts(), (std::vector<float>{1, 2, 3}));  // no scenes: all
+  EXPECT_EQ(shifts(), (std::vector<double>{1, 2, 3}));  // no scenes: all
   builder.document["scenes"] = {{{"nodes", {0}}}, {{"nodes", {1, 3}}}};
-  EXPECT_EQ(shifts(), (std::vector<float>{1}));
+  EXPECT_EQ(shifts(), (std::vector<double>{1}));
   builder.document["scene"] = 1;
-  EXPECT_EQ(shifts(), (std::vector<float>{2, 3}));
+  EXPECT_EQ(shifts(), (std::vector<double>{2, 3}));
 }
 
 TEST_F(GltfNodes, NothingPlacedIsNoted) {
@@ -220,7 +220,7 @@ const std::vector<Defect> defects = {
 struct Oddity {
   const char* name;
   std::function<void(json&)> bend;
-  std::vector<float> x;  // of the placements
+  std::vector<double> x;  // of the placements
   const char* note;
 };
 
@@ -284,7 +284,7 @@ TEST_F(GltfNodes, OdditiesCostANoteAndNotThePicture) {
     builder.document["scenes"] = {{{"nodes", {0, 2}}}};
     oddity.bend(builder.document);
     const Ingested ingested = read(builder);
-    std::vector<float> x;
+    std::vector<double> x;
     for (const Placement& placement : ingested.placements) x.push_back(placement.transform[3]);
     EXPECT_EQ(x, oddity.x);
     if (*oddity.note == 0) EXPECT_TRUE(ingested.notes.empty());

@@ -81,9 +81,92 @@ class CMake(Case):
         self.configure(generator="Unix Makefiles")
         self.assert_bakes_what_changes(self.build, self.folder / "build" / "one.obj.vcd", self.folder / "build" / "two.gltf.vcd")
 
+    # What shells, Make, Ninja and CMake's lists read as something else.
+    NAMES = ("a b", "fifty%", "it's", "a&b", "x$y", "n#1", "b[1]", "open[", "p(1)", "star*", "semi;colon", "pipe|", "col:on",
+             "${X}", "$(x)", "@X@", "lt<", 'dq"', "grün", "all %'&$#;[x]")
+
+    def odd_project(self, folder, names):
+        """Configures a project with .obj and .gltf of these names, which bakes them below out/."""
+        folder.mkdir()
+        write_assets(folder)
+        for name in names:
+            (folder / f"{name}.obj").write_text(TETRAHEDRON)
+        (folder / "CMakeLists.txt").write_text(
+            "cmake_minimum_required(VERSION 3.25)\nproject(odd LANGUAGES NONE)\n"
+            f"include({BUILD}/vcd-programs.cmake)\ninclude({SOURCE}/cmake/vcd_bake.cmake)\n"
+            "vcd_bake(sidecars one.obj two.gltf " + " ".join(f"[==[{name}.obj]==]" for name in names) +
+            " ALL OUTPUT_DIRECTORY out OPTIONS --depth 1 --audit 0 --method proven)\n")
+
+    def assert_odd_names_are_baked_when_they_change(self, generator):
+        project, build = self.folder / "project", self.folder / "build"
+        self.odd_project(project, self.NAMES)
+        make = lambda: run("cmake", "--build", build)
+        run("cmake", "-S", project, "-B", build, "-G", generator)
+        make()
+        sidecars = [build / "out" / f"{name}.obj.vcd" for name in self.NAMES] + [build / "out" / "two.gltf.vcd"]
+        self.assertNotIn("Baking", self.assert_rebaked(make, sidecars, []))
+        for name in self.NAMES:
+            (project / f"{name}.obj").write_text(TETRAHEDRON.replace("0 0 1", "0 0 3"))
+            self.assertEqual(self.assert_rebaked(make, sidecars, [f"{name}.obj.vcd"]).count("Baking"), 1)
+        self.assertNotIn("Baking", self.assert_rebaked(make, sidecars, []))
+        text = (project / "CMakeLists.txt").read_text()
+        (project / "CMakeLists.txt").write_text(text.replace("--depth 1", "--depth 2"))
+        self.assert_rebaked(make, sidecars, [path.name for path in sidecars])
+        self.assertNotIn("Baking", self.assert_rebaked(make, sidecars, []))
+
+    def test_odd_names_with_ninja(self):
+        self.assert_odd_names_are_baked_when_they_change("Ninja")
+
+    @unittest.skipUnless(shutil.which("make"), "make is missing")
+    def test_odd_names_with_make(self):
+        self.assert_odd_names_are_baked_when_they_change("Unix Makefiles")
+
+    def test_files_that_a_mesh_names_and_folders_may_have_odd_names(self):
+        for generator in ("Ninja", "Unix Makefiles") if shutil.which("make") else ("Ninja",):
+            for number, name in enumerate(("it's", "a&b", "50% $x #1")):
+                folder = name.replace("#", "").replace("$", "")  # folders of these confuse CMake itself
+                work = self.folder / f"{generator} {number} {folder}"
+                work.mkdir()
+                project, build = work / "project", work / "build"
+                self.odd_project(project, [])
+                text = (project / "two.gltf").read_text()
+                (project / "two.gltf").write_text(text.replace("two.bin", f"{name}.bin".replace("%", "%25").replace("#", "%23")))
+                (project / "two.bin").rename(project / f"{name}.bin")
+                run("cmake", "-S", project, "-B", build, "-G", generator)
+                make = lambda: run("cmake", "--build", build)
+                make()
+                sidecars = [build / "out" / "one.obj.vcd", build / "out" / "two.gltf.vcd"]
+                self.assertNotIn("Baking", self.assert_rebaked(make, sidecars, []))
+                write_bin(project, height=2.0)
+                (project / "two.bin").rename(project / f"{name}.bin")
+                self.assert_rebaked(make, sidecars, ["two.gltf.vcd"])
+                self.assertNotIn("Baking", self.assert_rebaked(make, sidecars, []))
+
+    def test_a_mesh_that_the_build_makes(self):
+        for generator in ("Ninja", "Unix Makefiles") if shutil.which("make") else ("Ninja",):
+            for number, name in enumerate(("made", "it's", "x$y")):
+                project, build = self.folder / f"{generator}-{number}", self.folder / f"build-{generator}-{number}"
+                self.odd_project(project, [])
+                with open(project / "CMakeLists.txt", "a") as lists:
+                    lists.write(f"add_custom_command(OUTPUT [=[{name}.obj]=] DEPENDS one.obj VERBATIM\n"
+                                f"  COMMAND ${{CMAKE_COMMAND}} -E copy ${{CMAKE_CURRENT_SOURCE_DIR}}/one.obj [=[{name}.obj]=])\n"
+                                f"vcd_bake(made [=[${{CMAKE_CURRENT_BINARY_DIR}}/{name}.obj]=] ALL OPTIONS --depth 1)\n"
+                                .replace(f"[=[${{CMAKE_CURRENT_BINARY_DIR}}/{name}.obj]=]", '"${CMAKE_CURRENT_BINARY_DIR}/' + name.replace("$", "\\$") + '.obj"'))
+                make = lambda: run("cmake", "--build", build)
+                for _ in range(2):  # not there when it is configured, and there
+                    run("cmake", "-S", project, "-B", build, "-G", generator)
+                    make()
+                    self.assertNotIn("Baking", make())
+                sidecar = build / f"{name}.obj.vcd"
+                (project / "one.obj").write_text(TETRAHEDRON.replace("0 0 1", "0 0 3"))
+                self.assert_rebaked(make, [sidecar], [sidecar.name])
+                self.assertNotIn("Baking", self.assert_rebaked(make, [sidecar], []))
+
     def test_refusals(self):
         for wrong, message in (("vcd_bake(wrong)", "vcd_bake(wrong): no mesh"),
-                               ("vcd_bake(wrong a/x.obj b/x.obj)", "vcd_bake(wrong): two meshes would be baked into")):
+                               ("vcd_bake(wrong a/x.obj b/x.obj)", "vcd_bake(wrong): two meshes would be baked into"),
+                               (r"vcd_bake(wrong [[a\x.obj]])", r"a\x.obj: a name must not hold a line end or a backslash"),
+                               ("vcd_bake(wrong [[a#x.obj]])", "a#x.obj: is not there, and the build cannot make it, since no rule")):
             self.assertIn(message, " ".join(self.configure(f"-DWRONG={wrong}", code=1).split()))
         self.assertIn("vcd_bake(sidecars): vc-bake is not installed",
                       " ".join(self.configure("-DWRONG=", "-DVCD_PROGRAMS=/dev/null", code=1).split()))

@@ -254,6 +254,19 @@ class Updating(Case):
             words = (self.folder / "d").read_text().replace("\\\n", " ").replace("\\ ", "\0").split()
             self.assertEqual([w.replace("\0", " ") for w in words], [f"{gltf}.vcd:", str(gltf), str(gltf.with_suffix(".bin")), f"{gltf.with_suffix('.bin')}:"])
 
+    def test_a_depfile_names_what_make_and_ninja_misread_by_links(self):
+        mesh = self.mesh("it's 50%.obj")
+        for more in ((), ("--depfile-target", "stamp")):
+            self.bake(mesh, "-q", "--depfile", self.folder / "d", *more)
+            link = self.folder / "d.links" / "1"
+            target = "stamp" if more else f"{mesh}.vcd".replace(" ", "\\ ")
+            self.assertEqual((self.folder / "d").read_text(), f"{target}: \\\n  {link}\n")
+            self.assertEqual(link.resolve(), mesh)
+        link.unlink()
+        link.write_text("mine")  # no link of ours
+        self.assertIn("cannot be made", self.bake(mesh, "-q", "--depfile", self.folder / "d", code=9).stderr)
+        self.assertEqual(link.read_text(), "mine")
+
 
 class Reports(Case):
     def test_report_page_and_events(self):

@@ -20,8 +20,7 @@ inline scenes::Mesh scene_mesh(SourceMesh mesh) {
 }
 
 inline World must_build(scenes::Scene scene) {
-  const std::vector<std::string> sources(scene.meshes.size(), scene.name);
-  auto world = build_world(std::move(scene), sources);
+  auto world = build_world(std::move(scene));
   if (!world) throw std::runtime_error(world.error().message);
   return std::move(*world);
 }

@@ -42,7 +42,7 @@ class Console : public BatchListener {
     if (!record.ok()) return print_error(record.outcome.message);
     if (options_.quiet || options_.format == OutputFormat::json) return;
     const BakedAsset& baked = record.outcome.baked;
-    for (const std::string& note : baked.notes) print_note(note);
+    for (const std::string& note : baked.notes) print_note(shown(asset.input) + ": " + note);
     if (assets_ == 1 || verbose_) {
       std::fputs(baked.summary.c_str(), stdout);
     } else {

@@ -9,7 +9,8 @@
 
 namespace vcd::tools {
 
-// "TARGET: FILE…". Error: io; unsupported for names with a line end, which no such file can say.
+// "TARGET: FILE…". Files whose names Make or Ninja would misread are named by links to them, PATH.links/1, …: they have
+// the files' times. Error: io.
 std::optional<Error> write_depfile(const std::filesystem::path& path, const std::filesystem::path& target,
                                    const std::vector<std::filesystem::path>& files);
 

@@ -29,6 +29,11 @@ void add_setting(CLI::App& app, BakeSettings& settings, const Setting& setting) 
   else app.add_option_function<std::string>(names, take, std::string(setting.help))->type_name(values_of(setting));
 }
 
+void add_reading_settings(CLI::App& app, BakeSettings& settings) {
+  for (const Setting& setting : settings_table())
+    if (setting.scope == Scope::asset) add_setting(app, settings, setting);
+}
+
 void add_settings(CLI::App& app, BakeSettings& settings) {
   for (const Setting& setting : settings_table()) add_setting(app, settings, setting);
 }

@@ -6,7 +6,8 @@
 #include <utility>
 
 #include <vcd/baker/bake.h>
-#include <vcd/baker/ingest.h>
+
+#include "describe.h"
 
 namespace vcd::tools {
 
@@ -33,36 +34,63 @@ std::optional<std::array<double, 3>> parse_shift(std::string_view text) {
   return shift;
 }
 
-std::optional<Error> each_mesh(const std::string& path, const IngestOptions& options, const TakeMesh& take) {
-  auto ingested = ingest_isolated(path, options);
+IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
+  options.coarse = true;  // whether to bake it was decided when it was baked
+  for (const auto& [key, value] : sidecar.provenance)
+    if (key == "parts") options.treat_all_as_opaque = value != "opaque";
+  if (!sidecar.objects.empty()) std::ranges::copy(sidecar.objects[0].record->shift, options.shift.begin());
+  return options;
+}
+
+Result<MeshFile> MeshFile::read(const std::filesystem::path& path, const IngestOptions& options,
+                                const IngestLimits& limits) {
+  auto ingested = ingest_isolated(path, options, limits);
   if (!ingested) return ingested.error();
-  for (SourceMesh& source : ingested->meshes) {
-    const std::string name = source.name;
-    const uint32_t index = source.source_index;
-    take(name, index, prepare(std::move(source)));
+  return MeshFile(path, std::move(*ingested));
+}
+
+std::optional<PreparedMesh> MeshFile::next() {
+  while (next_ < ingested_.meshes.size()) {
+    SourceMesh& source = ingested_.meshes[next_];
+    const std::string place = "mesh " + std::to_string(source.source_index) + " " + printable(source.name);
+    auto mesh = prepare(std::move(source));
+    if (mesh) {
+      given_.push_back(static_cast<uint32_t>(next_++));
+      return std::move(*mesh);
+    }
+    ++next_;
+    ingested_.notes.push_back(mesh.error().message + "; left out");
+    unusable_.push_back({place, mesh.error()});
   }
   return std::nullopt;
 }
 
-IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
-  options.coarse = true;  // whether to bake it was decided when it was baked
-  for (const auto& [key, value] : sidecar.provenance) {
-    if (key == "parts") options.treat_all_as_opaque = value != "opaque";
-    if (key == "shift") options.shift = parse_shift(value).value_or(options.shift);
-  }
-  return options;
+std::optional<Error> MeshFile::fault() const {
+  if (!given_.empty() || unusable_.empty()) return std::nullopt;
+  const Error& last = unusable_.back().error;
+  return Error{last.code, path_.string() + ": " + last.message};
 }
 
-Result<std::vector<PreparedMesh>> load_meshes(const std::string& path, const IngestOptions& options) {
-  std::vector<PreparedMesh> meshes;
-  Error last;
-  const auto fault = each_mesh(path, options, [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
-    if (mesh) return meshes.push_back(std::move(*mesh));
-    last = Error{mesh.error().code, path + ": " + mesh.error().message};
-  });
-  if (fault) return *fault;
-  if (meshes.empty()) return last;
-  return meshes;
+std::vector<Placement> MeshFile::placements() const {
+  std::vector<Placement> placements;
+  for (Placement placement : ingested_.placements) {
+    const auto found = std::ranges::lower_bound(given_, placement.mesh);
+    if (found == given_.end() || *found != placement.mesh) continue;
+    placement.mesh = static_cast<uint32_t>(found - given_.begin());
+    placements.push_back(placement);
+  }
+  return placements;
+}
+
+Result<LoadedMeshes> load_meshes(const std::filesystem::path& path, const IngestOptions& options) {
+  auto file = MeshFile::read(path, options);
+  if (!file) return file.error();
+  LoadedMeshes loaded;
+  while (auto mesh = file->next()) loaded.meshes.push_back(std::move(*mesh));
+  if (auto fault = file->fault()) return *std::move(fault);
+  loaded.placements = file->placements();
+  loaded.notes = file->notes();
+  return loaded;
 }
 
 Result<PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object) {

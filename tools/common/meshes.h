@@ -1,11 +1,12 @@
-// The meshes that a sidecar is held against.
+// Mesh files, as every program takes them.
 #pragma once
 
 #include <array>
-#include <functional>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <vcd/baker/ingest.h>
@@ -18,19 +19,51 @@ namespace vcd::tools {
 std::string shift_text(const std::array<double, 3>& shift);
 std::optional<std::array<double, 3>> parse_shift(std::string_view text);
 
-// Gets a mesh, or why this one cannot be prepared.
-using TakeMesh = std::function<void(const std::string& name, uint32_t source_index, Result<baker::PreparedMesh>&&)>;
-
-// Ingests a file in a child process and prepares its meshes one after another. The error of a file that cannot be
-// ingested.
-std::optional<Error> each_mesh(const std::string& path, const IngestOptions& options, const TakeMesh& take);
-
-// How the mesh file of a sidecar was read, as its provenance says: so it has to be read to be held against the sidecar.
-// What no sidecar may decide, whether files outside the folder are read, comes from `base`.
+// How the mesh file of a sidecar was read: so it has to be read to be held against the sidecar, or drawn with it. What
+// no sidecar may decide, whether files outside the folder are read, comes from `base`.
 IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions base = {});
 
-// All meshes of a file that can be prepared. Errors: those of the file; if no mesh can be prepared, that of the last.
-Result<std::vector<baker::PreparedMesh>> load_meshes(const std::string& path, const IngestOptions& options);
+// A mesh file, read in a child process, whose meshes are prepared one after another. A mesh that cannot be prepared,
+// since it has no area or no box in 32-bit floats, is left out with a note as long as another one can.
+class MeshFile {
+ public:
+  // Errors: those of ingest_isolated().
+  static Result<MeshFile> read(const std::filesystem::path& path, const IngestOptions& options,
+                               const IngestLimits& limits = {});
+
+  // The next mesh that can be prepared. Nothing when there are no more.
+  std::optional<baker::PreparedMesh> next();
+
+  // Of the meshes that next() has passed so far:
+  std::optional<Error> fault() const;         // if there was none that can be prepared: why the last one cannot
+  std::vector<Placement> placements() const;  // of those that it gave, which are numbered in that order
+
+  struct Unusable {
+    std::string place;  // "mesh 0 NAME"
+    Error error;
+  };
+  const std::vector<Unusable>& unusable() const { return unusable_; }
+  const std::vector<std::string>& notes() const { return ingested_.notes; }  // what the file lacks now, a sentence each
+  const std::vector<SourceFile>& sources() const { return ingested_.sources; }
+
+ private:
+  MeshFile(const std::filesystem::path& path, Ingested&& ingested) : path_(path), ingested_(std::move(ingested)) {}
+
+  std::filesystem::path path_;
+  Ingested ingested_;
+  size_t next_ = 0;
+  std::vector<uint32_t> given_;  // indices into ingested_.meshes
+  std::vector<Unusable> unusable_;
+};
+
+struct LoadedMeshes {
+  std::vector<baker::PreparedMesh> meshes;  // at least one
+  std::vector<Placement> placements;
+  std::vector<std::string> notes;
+};
+
+// All meshes of a file at once. Errors: those of MeshFile::read() and MeshFile::fault().
+Result<LoadedMeshes> load_meshes(const std::filesystem::path& path, const IngestOptions& options);
 
 // The mesh that is embedded for an object, decoded in a child process. `path` names the sidecar in messages.
 Result<baker::PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object);

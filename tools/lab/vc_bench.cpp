@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "bake/options.h"
 #include "bench/bake_rate.h"
 #include "bench/bake_time.h"
 #include "bench/instances.h"
@@ -32,7 +33,8 @@ struct Options {
 
   SegmentsOptions segments;
   InstancesOptions instances;
-  std::string mesh;
+  MeshToRead mesh;
+  library::BakeSettings settings;  // those of reading mesh files
   BakeRateOptions bake_rate;
   BakeTimeOptions bake_time;
   StabilityOptions stability;
@@ -95,7 +97,9 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   run.segments_of_kind = profile.segments_of_kind;
   run.quiet = options.common.quiet;
   for (const std::string& text : profile.scenes) {
-    auto request = parse_scene_request(text, {});
+    SceneOptions scene;
+    scene.files.ingest = options.settings.ingest_options();
+    auto request = parse_scene_request(text, scene);
     if (!request) return request.error();
     for (const SceneRequest& other : run.scenes)
       if (other.name == request->name)
@@ -168,13 +172,15 @@ int main(int argc, char** argv) {
   app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")
       ->check(CLI::Range(0, 1024));
 
+  add_reading_settings(app, options.settings);
+
   CLI::App* report = app.add_subcommand("report", "Write the report of a folder of results again");
   report->add_option("folder", options.folder, "What -o named")->required()->type_name("DIR");
 
   CLI::App* segments =
       app.add_subcommand("segments", "One sidecar: answers, shares and times of segments with and without it");
   segments->add_option("sidecar", options.segments.sidecar, "The sidecar to ask")->required()->type_name("SIDECAR");
-  segments->add_option("mesh", options.segments.mesh, "The mesh file that it was baked from")
+  segments->add_option("mesh", options.segments.mesh.path, "The mesh file that it was baked from")
       ->required()
       ->type_name("MESH");
   segments->add_option("--object", options.segments.object, "Index of the object in the sidecar (default: 0)");
@@ -191,7 +197,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 1000000));
 
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
-  bake->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
+  bake->add_option("mesh", options.mesh.path, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
   bake->add_option("-s,--samples", options.bake_rate.samples, "Rays a cell (default: 256)")
       ->check(CLI::IsMember({16, 81, 256}).description(""))
@@ -199,7 +205,7 @@ int main(int argc, char** argv) {
   bake->add_option("--cells", options.bake_rate.top_cells, "Random cells of level 3 to bake (default: 200)");
 
   CLI::App* time = app.add_subcommand("bake-time", "What a bake costs by proof, hybrid and by 256 samples");
-  time->add_option("mesh", options.mesh, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
+  time->add_option("mesh", options.mesh.path, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   time->add_option("-d,--depth", options.bake_time.depths, "Depths, with commas (default: 5,6,7)")
       ->delimiter(',')
       ->allow_extra_args(false)
@@ -219,6 +225,8 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
+    options.mesh.ingest = options.segments.mesh.ingest = options.instances.ingest = options.settings.ingest_options();
+    options.mesh.quiet = options.segments.mesh.quiet = options.instances.quiet = options.common.quiet;
     if (instances->parsed()) return run_instances(options.instances);
     if (segments->parsed()) return run_segments(options.segments);
     if (bake->parsed())

@@ -11,6 +11,7 @@
 #include "common/progress.h"
 #include "render/census.h"
 #include "render/false_colour.h"
+#include "render/faults.h"
 #include "render/recording.h"
 #include "render/renderer.h"
 #include "render/scene_source.h"
@@ -71,7 +72,9 @@ class Program {
   explicit Program(const Options& options) : options_(options) {}
 
   int run() {
-    auto world = load_world(options_.names, options_.scene, options_.common.quiet);
+    SceneOptions scene = options_.scene;
+    scene.files = files();
+    auto world = load_world(options_.names, scene, options_.common.quiet);
     if (!world) return fail(world.error());
     world_.emplace(std::move(*world));
     if (options_.shadows != Shadows::bvh)
@@ -87,6 +90,8 @@ class Program {
       if (auto error = render_variant(name)) return fail(*error);
     }
     if (auto error = write_views()) return fail(*error);
+    if (!options_.common.quiet)
+      for (const std::string& note : faults_of(*world_, options_.render, variants_[0].rendered)) print_note(note);
     report();
     return kExitOk;
   }
@@ -97,12 +102,26 @@ class Program {
     return exit_code(error.code);
   }
 
-  // Those that are named; else those beside the meshes; else one that is baked on the spot.
-  std::optional<Error> find_sidecars() {
+  // Those that are named; else those beside the meshes.
+  std::vector<std::string> sidecar_paths() const {
     std::vector<std::string> paths = options_.sidecars;
     if (paths.empty() && !is_generated_scene(options_.names[0]))
       for (const std::string& mesh : options_.names)
         if (fs::exists(mesh + ".vcd")) paths.push_back(mesh + ".vcd");
+    return paths;
+  }
+
+  // Without shadows of a sidecar, what the user says of reading goes before what a sidecar says that lies there.
+  FileOptions files() const {
+    const IngestOptions ingest = options_.settings.ingest_options();
+    const bool says_how = ingest.treat_all_as_opaque || ingest.shift != IngestOptions{}.shift;
+    if (options_.shadows == Shadows::bvh && says_how) return {ingest, {}};
+    return {ingest, sidecar_paths()};
+  }
+
+  // sidecar_paths(), else one that is baked on the spot.
+  std::optional<Error> find_sidecars() {
+    std::vector<std::string> paths = sidecar_paths();
     if (paths.empty()) {
       if (!options_.common.quiet)
         print_note("no sidecar given or found: baking one for this picture, depth " +
@@ -333,6 +352,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 8));
   for (const library::Setting& setting : library::settings_table())
     if (setting.name == "method" || setting.name == "samples") add_setting(app, options.settings, setting);
+  add_reading_settings(app, options.settings);
   add_scene_options(app, options.scene);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] {

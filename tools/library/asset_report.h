@@ -12,13 +12,11 @@ namespace vcd::library {
 
 // One object of an asset: baked now, or known before.
 struct FinishedObject {
-  std::string name;
-  uint32_t source_index = 0;
   uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
   std::optional<CachedObject> known = {};
   baker::BakedObject baked = {};  // where it was not known
 
-  ObjectToWrite to_write() const { return known ? known->to_write(name, source_index) : baked.to_write(); }
+  ObjectToWrite to_write() const { return known ? known->to_write() : baked.to_write(); }
 };
 
 // A JSON object: input, output, bytes, notes, objects.

@@ -13,6 +13,7 @@
 #include <vcd/library/provenance.h>
 #include "asset_report.h"
 #include "common/describe.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 
 namespace vcd::library {
@@ -46,54 +47,54 @@ class AssetBake {
   Result<BakedAsset> run() {
     if (auto unwritable = check_output(asset_.output)) return *std::move(unwritable);
     context_.on_stage("reading");
-    auto ingested = ingest_isolated(asset_.input, asset_.settings.ingest_options(), context_.ingest);
-    if (!ingested) return ingested.error();
-    notes_ = std::move(ingested->notes);
-    const bool only_one = ingested->meshes.size() == 1;
-    for (SourceMesh& mesh : ingested->meshes) {
-      auto object = finish(std::move(mesh));
-      const bool unusable =
-          !object && (object.error().code == ErrorCode::invalid_file || object.error().code == ErrorCode::unsupported);
-      if (!object && !(unusable && !only_one)) return object.error();
-      if (object) objects_.push_back(std::move(*object));
-      else
-        notes_.push_back(object.error().message +
-                         "; left out");  // no area, no box: the file's other meshes are none the worse
+    auto file = MeshFile::read(asset_.input, asset_.settings.ingest_options(), context_.ingest);
+    if (!file) return file.error();
+    while (const auto mesh = next(*file)) {
+      auto object = finish(*mesh);
+      if (!object) return object.error();
+      objects_.push_back(std::move(*object));
     }
-    if (objects_.empty()) return fault(ErrorCode::invalid_file, "none of its meshes can be baked");
-    if (auto changed = changed_source(ingested->sources))
+    if (auto unusable = file->fault()) return *std::move(unusable);
+    if (auto changed = changed_source(file->sources()))
       return fault(ErrorCode::io, *changed + " changed while it was baked; bake it again");
-    return write(std::move(ingested->sources));
+    notes_.insert(notes_.begin(), file->notes().begin(), file->notes().end());
+    return write(file->sources());
   }
 
  private:
   Error fault(ErrorCode code, const std::string& reason) const { return {code, asset_.input.string() + ": " + reason}; }
 
+  std::optional<PreparedMesh> next(MeshFile& file) {
+    context_.on_stage("preparing");
+    return file.next();
+  }
+
   // From the mesh to its object: known already, or baked.
-  Result<FinishedObject> finish(SourceMesh&& source) {
-    context_.on_stage("preparing " + printable(source.name));
-    const auto mesh = prepare(std::move(source));
-    if (!mesh) return fault(mesh.error().code, mesh.error().message);
-    if (mesh->left_out.any())
-      left_out_ += std::to_string(mesh->source_index) + " not-opaque=" + std::to_string(mesh->left_out.not_opaque) +
-                   " deforming=" + std::to_string(mesh->left_out.deforming) + "\n";
-    FinishedObject finished{mesh->name, mesh->source_index, mesh->duplicate_triangles, mesh->zero_area_triangles};
-    if (context_.reuse) finished.known = find_in_sidecar(asset_.output, *mesh, asset_.settings);
-    if (!finished.known) finished.known = cache_.find(*mesh, asset_.settings);
+  Result<FinishedObject> finish(const PreparedMesh& mesh) {
+    if (mesh.left_out.any())
+      left_out_ += std::to_string(mesh.source_index) + " not-opaque=" + std::to_string(mesh.left_out.not_opaque) +
+                   " deforming=" + std::to_string(mesh.left_out.deforming) + "\n";
+    FinishedObject finished{mesh.duplicate_triangles, mesh.zero_area_triangles};
+    if (context_.reuse) finished.known = find_in_sidecar(asset_.output, mesh, asset_.settings);
+    if (!finished.known) finished.known = cache_.find(mesh, asset_.settings);
     if (finished.known) return finished;
     BakeOptions options = asset_.settings.bake_options();
     options.threads = context_.threads;
     options.progress = context_.on_progress;
     options.on_pass = [&](BakePass pass) {
-      if (pass == BakePass::audit) context_.on_stage("auditing " + printable(mesh->name));
+      if (pass == BakePass::audit) context_.on_stage("auditing " + printable(mesh.name));
     };
-    context_.on_stage("baking " + printable(mesh->name));
-    auto baked = bake(*mesh, options);
+    context_.on_stage("baking " + printable(mesh.name));
+    auto baked = bake(mesh, options);
     if (!baked) return fault(baked.error().code, baked.error().message);
+<<<<<<< HEAD
     if (!baked->without_hierarchy.empty())
       notes_.push_back("object " + std::to_string(mesh->source_index) +
                        " has no hierarchy: " + baked->without_hierarchy);
     if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write()))
+=======
+    if (const auto unkept = cache_.keep(mesh, asset_.settings, baked->to_write()))
+>>>>>>> tools
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.baked = std::move(*baked);
     return finished;
@@ -108,7 +109,7 @@ class AssetBake {
     return std::nullopt;
   }
 
-  Result<BakedAsset> write(std::vector<SourceFile>&& sources) {
+  Result<BakedAsset> write(const std::vector<SourceFile>& sources) {
     context_.on_stage("writing");
     SidecarToWrite sidecar;
     sidecar.storage = asset_.settings.storage;
@@ -124,7 +125,7 @@ class AssetBake {
     baked.summary = asset_summary(asset_, *written, objects_);
     baked.report = asset_report(asset_, *written, notes_, objects_);
     for (const FinishedObject& object : objects_) baked.objects_reused += object.known.has_value();
-    for (size_t i = 1; i < sources.size(); ++i) baked.sources.push_back(std::move(sources[i].name));
+    for (size_t i = 1; i < sources.size(); ++i) baked.sources.push_back(sources[i].name);
     return baked;
   }
 

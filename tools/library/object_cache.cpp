@@ -42,7 +42,7 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
     const bool same = record.geometry_hash == mesh.geometry_hash && record.triangle_count == mesh.triangles.size() &&
                       std::equal(mesh.box_min.begin(), mesh.box_min.end(), record.box_min) &&
                       std::equal(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
-    if (same) return CachedObject(bytes, contents, i);
+    if (same) return CachedObject(bytes, contents, i, mesh);
   }
   return std::nullopt;
 }
@@ -50,9 +50,16 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
 }  // namespace
 
 CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents,
-                           size_t index)
-    : file_(std::move(file)), contents_(std::move(contents)), index_(index) {}
+                           size_t index, const PreparedMesh& mesh)
+    : file_(std::move(file)),
+      contents_(std::move(contents)),
+      index_(index),
+      name_(mesh.name),
+      record_(*this->contents().record) {
+  describe_source(mesh, record_);
+}
 
+<<<<<<< HEAD
 ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
   ObjectToWrite object{name,
                        *contents().record,
@@ -62,6 +69,10 @@ ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_inde
                        contents().clearance};
   object.record.source_index = source_index;
   return object;
+=======
+ObjectToWrite CachedObject::to_write() const {
+  return {name_, record_, tree_pieces(contents().tree), contents().geometry, contents().clearance};
+>>>>>>> tools
 }
 
 std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {
@@ -81,7 +92,7 @@ std::optional<Error> ObjectCache::keep(const PreparedMesh& mesh, const BakeSetti
   SidecarToWrite entry;
   entry.objects = {object};
   entry.objects[0].name = {};
-  entry.objects[0].record.source_index = 0;
+  describe_source({}, entry.objects[0].record);
   entry.provenance = object_provenance(settings);
   const auto written = write_sidecar(folder / (name + ".vcd"), entry);
   return written ? std::nullopt : std::optional(written.error());

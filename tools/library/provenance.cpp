@@ -6,7 +6,6 @@
 
 #include <vcd/baker/bake.h>
 
-#include "common/meshes.h"
 #include "common/paths.h"
 
 namespace vcd::library {
@@ -67,7 +66,6 @@ std::map<std::string, std::string> provenance_of(const Asset& asset, const std::
                                               {"parts", asset.settings.all_as_opaque ? "all, as opaque" : "opaque"},
                                               {"settings", settings_text(asset.settings, Scope::asset)},
                                               {"source", shown(asset.input.filename())}};
-  if (asset.settings.shift != std::array<double, 3>{}) pairs["shift"] = shift_text(asset.settings.shift);
   if (!left_out.empty()) pairs["left-out"] = left_out;
   if (!sources.empty()) pairs["source-xxh3"] = hex(sources[0].hash);
   for (size_t i = 1; i < sources.size(); ++i)

@@ -1,12 +1,14 @@
 #include <vcd/verify/library.h>
 
+#include <algorithm>
+#include <iterator>
+#include <limits>
 #include <new>
 
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
 
 #include <vcd/verify/inputs.h>
-#include "common/describe.h"
 #include "common/meshes.h"
 
 namespace vcd::verify {
@@ -18,16 +20,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kLowest = -std::numeric_limits<double>::infinity();
+constexpr Way kFirstWay = {false, {kLowest, kLowest, kLowest}};  // in their order
+
 Reading ingest_hashes(const fs::path& path, const IngestOptions& options) try {
+  auto file = MeshFile::read(path, options);
+  if (!file) return {.done = true, .fault = file.error()};
   Reading reading{.done = true};
-  const TakeMesh take = [&](const std::string& name, uint32_t index, Result<PreparedMesh>&& mesh) {
-    if (mesh) return reading.meshes.push_back({index, name, mesh->geometry_hash});
-    reading.unusable.emplace_back("mesh " + std::to_string(index) + " " + printable(name), mesh.error());
-  };
-  reading.fault = each_mesh(path.string(), options, take);
+  while (const auto mesh = file->next())
+    reading.meshes.push_back({mesh->source_index, mesh->name, mesh->geometry_hash});
+  reading.fault = file->fault();
+  if (!reading.fault)
+    for (const MeshFile::Unusable& mesh : file->unusable()) reading.unusable.emplace_back(mesh.place, mesh.error);
   return reading;
 } catch (const std::bad_alloc&) {
   return {.done = true, .fault = Error{ErrorCode::runtime, "out of memory"}};
+}
+
+bool has_mesh(const Reading& reading, const GeometryHash& geometry) {
+  return std::ranges::find(reading.meshes, geometry, &AssetMesh::geometry) != reading.meshes.end();
 }
 
 template <class Map>
@@ -39,46 +50,74 @@ std::span<const size_t> find_in(const Map& map, const typename Map::key_type& ke
 }  // namespace
 
 Library::Library(std::vector<FoundFile> files, IngestOptions ingest, Stop stop)
-    : ingest_(ingest), stop_(std::move(stop)) {
-  for (FoundFile& file : files) {
-    const size_t index = assets_.size();
-    by_place_[place_of(file.path)].push_back(index);
-    by_path_below_[file.below].push_back(index);
-    by_name_[file.path.filename()].push_back(index);
-    assets_.push_back({std::move(file), {}});
+    : files_(std::move(files)), ingest_(ingest), stop_(std::move(stop)) {
+  for (size_t i = 0; i < files_.size(); ++i) {
+    by_place_[place_of(files_[i].path)].push_back(i);
+    by_path_below_[files_[i].below].push_back(i);
+    by_name_[files_[i].path.filename()].push_back(i);
   }
-  read(opaque_parts);
+  (void)with_geometry({}, {});  // all are read
 }
 
-IngestOptions Library::options(Parts parts) const {
+IngestOptions Library::options(const Way& way) const {
   IngestOptions options = ingest_;
-  options.treat_all_as_opaque = parts == all_parts;
+  options.treat_all_as_opaque = way.all_as_opaque;
+  options.shift = way.shift;
+  options.coarse = true;  // whether to bake it was decided when it was baked
   return options;
 }
 
-void Library::read(Parts parts) {
+const Reading& Library::reading(size_t asset, const Way& way) {
+  Slot& slot = [&]() -> Slot& {
+    const std::lock_guard lock(mutex_);
+    return slots_[{asset, way}];
+  }();
+  std::call_once(slot.once, [&] {
+    if (stop_()) return;
+    Reading reading = ingest_hashes(files_[asset].path, options(way));
+    if (!stop_()) slot.reading = std::move(reading);  // else the child may have been interrupted as well
+  });
+  return slot.reading;
+}
+
+bool Library::any_other_reading_has(size_t asset, const std::function<bool(const AssetMesh&)>& is_wanted) const {
+  const std::lock_guard lock(mutex_);
+  for (auto slot = slots_.lower_bound({asset, kFirstWay}); slot != slots_.end() && slot->first.first == asset; ++slot)
+    if (slot->first.second != Way{} && std::ranges::any_of(slot->second.reading.meshes, is_wanted)) return true;
+  return false;
+}
+
+void Library::read_all(const Way& way, Index& index) {
   tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, assets_.size(), 1),
+      tbb::blocked_range<size_t>(0, size(), 1),
       [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t i = range.begin(); i < range.end() && !stop_(); ++i)
-          // Isolated, so that a thread that waits within one asset does not take up another.
-          tbb::this_task_arena::isolate([&] {
-            Reading reading = ingest_hashes(assets_[i].file.path, options(parts));
-            if (!stop_())
-              assets_[i].readings[parts] = std::move(reading);  // else the child may have been interrupted as well
-          });
+        // Isolated, so that a thread that waits within one asset does not take up another.
+        for (size_t i = range.begin(); i < range.end(); ++i)
+          tbb::this_task_arena::isolate([&] { (void)reading(i, way); });
       },
       tbb::simple_partitioner());
-  for (size_t i = 0; i < assets_.size(); ++i)
-    for (const AssetMesh& mesh : assets_[i].readings[parts].meshes) {
-      std::vector<size_t>& same = by_geometry_[parts][mesh.geometry];
+  for (size_t i = 0; i < size(); ++i)
+    for (const AssetMesh& mesh : reading(i, way).meshes) {
+      std::vector<size_t>& same = index.assets[mesh.geometry];
       if (same.empty() || same.back() != i) same.push_back(i);
     }
 }
 
-std::span<const size_t> Library::with_geometry(const GeometryHash& geometry, Parts parts) {
-  if (parts == all_parts) std::call_once(all_parts_read_, [&] { read(all_parts); });
-  return find_in(by_geometry_[parts], geometry);
+std::span<const size_t> Library::with_geometry(const GeometryHash& geometry, const Way& way) {
+  Index& index = [&]() -> Index& {
+    const std::lock_guard lock(mutex_);
+    return indices_[way];
+  }();
+  std::call_once(index.once, [&] { read_all(way, index); });
+  return find_in(index.assets, geometry);
+}
+
+std::vector<size_t> Library::with_geometry(const GeometryHash& geometry, const Way& way,
+                                           std::span<const size_t> assets) {
+  std::vector<size_t> found;
+  std::ranges::copy_if(assets, std::back_inserter(found),
+                       [&](size_t asset) { return has_mesh(reading(asset, way), geometry); });
+  return found;
 }
 
 std::optional<size_t> Library::named_by_path(const FoundFile& sidecar) const {

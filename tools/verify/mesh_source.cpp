@@ -5,6 +5,7 @@
 
 #include "common/describe.h"
 #include "common/meshes.h"
+#include "common/paths.h"
 
 namespace vcd::verify {
 
@@ -40,16 +41,18 @@ class File : public MeshSource {
   const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
     if (!meshes_) {
       meshes_ = load_meshes(path_, options_);
-      if (!*meshes_) outcome.add(IssueId::mesh_unreadable, meshes_->error().code, "", meshes_->error().message);
+      if (*meshes_)
+        for (const std::string& note : (*meshes_)->notes) outcome.notes.push_back(shown(path_ + ": " + note));
+      else outcome.add(IssueId::mesh_unreadable, meshes_->error().code, "", meshes_->error().message);
     }
     if (!*meshes_) return nullptr;
-    return matching(**meshes_, "no mesh of " + path_, object, place, outcome);
+    return matching((*meshes_)->meshes, "no mesh of " + path_, object, place, outcome);
   }
 
  private:
   std::string path_;
   IngestOptions options_;
-  std::optional<Result<std::vector<PreparedMesh>>> meshes_;
+  std::optional<Result<LoadedMeshes>> meshes_;
 };
 
 }  // namespace

@@ -22,19 +22,16 @@ bool is_unusable(const Error& error) {
 class FromLibrary : public MeshSource {
  public:
   FromLibrary(Library& library, const FoundFile& file, const SidecarContents& sidecar)
-      : library_(library),
-        all_as_opaque_(ingest_options_of(sidecar).treat_all_as_opaque),
-        by_path_(library.named_by_path(file)) {
+      : library_(library), way_(way_of(sidecar)), by_path_(library.named_by_path(file)) {
     for (const ObjectContents& object : sidecar.objects) wanted_.insert(object.record->geometry_hash);
     for (const auto& [key, value] : sidecar.provenance)
-      if (key == "source") by_name_ = library.named(value);
+      if (key == "source") named_ = library.named(value);
+    if (by_path_) named_ = {*by_path_};
   }
 
   const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
     const GeometryHash& geometry = object.record->geometry_hash;
-    Parts parts = opaque_parts;
-    auto assets = library_.with_geometry(geometry, parts);
-    if (assets.empty() && all_as_opaque_) assets = library_.with_geometry(geometry, parts = all_parts);
+    const auto [assets, way] = assets_of(geometry);
     if (assets.empty()) {
       tell_why_none(geometry, place, outcome);
       return nullptr;
@@ -43,37 +40,53 @@ class FromLibrary : public MeshSource {
     if (by_path_ && !is_among(*by_path_))
       outcome.add(IssueId::misnamed, ErrorCode::difference, place,
                   "it has the geometry of " + name_of(assets[0]) + ", not of " + name_of(*by_path_));
-    if (!(loaded_ && loaded_->second == parts && is_among(loaded_->first)))
-      load(by_path_ && is_among(*by_path_) ? *by_path_ : assets[0], parts);
+    if (!(loaded_ && loaded_->second == way && is_among(loaded_->first)))
+      load(by_path_ && is_among(*by_path_) ? *by_path_ : assets[0], way);
     return loaded_mesh(geometry, place, outcome);
   }
 
  private:
-  std::string name_of(size_t asset) const { return shown(library_.assets()[asset].file.path); }
+  static Way way_of(const SidecarContents& sidecar) {
+    const IngestOptions options = ingest_options_of(sidecar);
+    return {options.treat_all_as_opaque, options.shift};
+  }
+  std::string name_of(size_t asset) const { return shown(library_.file(asset).path); }
+
+  // Read as the sidecar says: those that it names; else as by default; else all as it says.
+  std::pair<std::vector<size_t>, Way> assets_of(const GeometryHash& geometry) const {
+    std::vector<size_t> named = library_.with_geometry(geometry, way_, named_);
+    if (!named.empty()) return {std::move(named), way_};
+    for (const Way& way : {Way{}, way_})
+      if (const auto found = library_.with_geometry(geometry, way); !found.empty())
+        return {{found.begin(), found.end()}, way};
+    return {};
+  }
 
   void tell_why_none(const GeometryHash& geometry, const std::string& place, Outcome& outcome) const {
-    if (!by_path_ && by_name_.empty())
+    if (named_.empty())
       return outcome.add(IssueId::orphaned, ErrorCode::difference, place,
                          "no asset has its geometry hash " + hex(geometry) + ", or its name");
-    const std::vector<size_t> named = by_path_ ? std::vector<size_t>{*by_path_} : by_name_;
-    for (const size_t asset : named)
-      if (const auto& fault = library_.assets()[asset].readings[opaque_parts].fault; fault && !is_unusable(*fault))
+    for (const size_t asset : named_)
+      if (const auto& fault = library_.reading(asset, way_).fault; fault && !is_unusable(*fault))
         return outcome.add(IssueId::mesh_unreadable, fault->code, place,
-                           name_of(asset) + ": " + reason(*fault, library_.assets()[asset].file.path));
-    outcome.stale_against.insert(outcome.stale_against.end(), named.begin(), named.end());
-    std::string assets = name_of(named[0]);
-    if (named.size() > 1) assets += " and " + std::to_string(named.size() - 1) + " of the same name";
+                           name_of(asset) + ": " + reason(*fault, library_.file(asset).path));
+    outcome.stale_against.insert(outcome.stale_against.end(), named_.begin(), named_.end());
+    std::string assets = name_of(named_[0]);
+    if (named_.size() > 1) assets += " and " + std::to_string(named_.size() - 1) + " of the same name";
     outcome.add(IssueId::stale, ErrorCode::stale, place,
                 "it was made for " + assets + ", and no asset has its geometry hash " + hex(geometry));
   }
 
-  void load(size_t asset, Parts parts) {
+  void load(size_t asset, const Way& way) {
     meshes_.clear();
-    loaded_ = {asset, parts};
-    fault_ = each_mesh(library_.assets()[asset].file.path.string(), library_.options(parts),
-                       [&](const std::string&, uint32_t, Result<PreparedMesh>&& mesh) {
-                         if (mesh && wanted_.contains(mesh->geometry_hash)) meshes_.push_back(std::move(*mesh));
-                       });
+    loaded_ = {asset, way};
+    auto file = MeshFile::read(library_.file(asset).path, library_.options(way));
+    fault_ = file ? std::nullopt : std::optional(file.error());
+    while (!fault_) {
+      auto mesh = file->next();
+      if (!mesh) break;
+      if (wanted_.contains(mesh->geometry_hash)) meshes_.push_back(std::move(*mesh));
+    }
   }
 
   const PreparedMesh* loaded_mesh(const GeometryHash& geometry, const std::string& place, Outcome& outcome) const {
@@ -86,11 +99,11 @@ class FromLibrary : public MeshSource {
   }
 
   Library& library_;
-  bool all_as_opaque_;
+  Way way_;
   std::optional<size_t> by_path_;
-  std::vector<size_t> by_name_;
+  std::vector<size_t> named_;  // that one, else those of the file name in its provenance
   std::set<GeometryHash> wanted_;
-  std::optional<std::pair<size_t, Parts>> loaded_;
+  std::optional<std::pair<size_t, Way>> loaded_;
   std::vector<PreparedMesh> meshes_;
   std::optional<Error> fault_;
 };
@@ -106,36 +119,38 @@ std::string listed(const std::vector<std::string>& names) {
 
 class Comparison {
  public:
-  Comparison(const std::vector<Outcome>& sidecars, bool is_complete) : is_complete_(is_complete) {
+  Comparison(Library& library, const std::vector<Outcome>& sidecars, bool is_complete)
+      : library_(library), is_complete_(is_complete) {
     for (const Outcome& sidecar : sidecars) {
       seen_.insert(sidecar.geometries.begin(), sidecar.geometries.end());
       for (const size_t asset : sidecar.stale_against) stale_[asset].insert(shown(sidecar.path));
     }
   }
 
-  Outcome outcome_of(size_t index, const verify::Asset& asset) const {
-    Outcome outcome{.subject = Subject::asset, .path = asset.file.path};
-    const Reading& reading = asset.readings[opaque_parts];
+  Outcome outcome_of(size_t asset) const {
+    const std::filesystem::path& path = library_.file(asset).path;
+    Outcome outcome{.subject = Subject::asset, .path = path};
+    const Reading& reading = library_.reading(asset, {});
     if (!reading.done) {
       outcome.add(IssueId::not_verified, ErrorCode::runtime, "", "interrupted");
       return outcome;
     }
-    if (reading.fault && !other_way(asset)) add_unusable(outcome, "", *reading.fault, asset.file.path);
-    for (const auto& [mesh, error] : reading.unusable) add_unusable(outcome, mesh, error, asset.file.path);
+    if (reading.fault && !other_way(asset)) add_unusable(outcome, "", *reading.fault, path);
+    for (const auto& [mesh, error] : reading.unusable) add_unusable(outcome, mesh, error, path);
     std::vector<std::string> without;
     for (const AssetMesh& mesh : reading.meshes) {
       const bool has_sidecar = seen_.contains(mesh.geometry) || other_way(asset, mesh.source_index);
       outcome.meshes.push_back({mesh.source_index, mesh.name, mesh.geometry, has_sidecar});
       if (!has_sidecar) without.push_back("mesh " + std::to_string(mesh.source_index) + " " + printable(mesh.name));
     }
-    if (!without.empty()) add_missing(outcome, index, without, reading.meshes.size());
+    if (!without.empty()) add_missing(outcome, asset, without, reading.meshes.size());
     return outcome;
   }
 
  private:
-  // Whether a sidecar has the asset's meshes, or one of them, baked with all parts as opaque.
-  bool other_way(const verify::Asset& asset, std::optional<uint32_t> source_index = {}) const {
-    return std::ranges::any_of(asset.readings[all_parts].meshes, [&](const AssetMesh& mesh) {
+  // Whether a sidecar has the asset's meshes, or one of them, baked in another way than the default one.
+  bool other_way(size_t asset, std::optional<uint32_t> source_index = {}) const {
+    return library_.any_other_reading_has(asset, [&](const AssetMesh& mesh) {
       return seen_.contains(mesh.geometry) && (!source_index || *source_index == mesh.source_index);
     });
   }
@@ -157,6 +172,7 @@ class Comparison {
     outcome.add(IssueId::missing, ErrorCode::difference, "", text);
   }
 
+  Library& library_;
   bool is_complete_;
   std::set<GeometryHash> seen_;
   std::map<size_t, std::set<std::string>> stale_;
@@ -168,11 +184,10 @@ std::unique_ptr<MeshSource> against_library(Library& library, const FoundFile& f
   return std::make_unique<FromLibrary>(library, file, sidecar);
 }
 
-std::vector<Outcome> compare(const Library& library, const std::vector<Outcome>& sidecars, bool is_complete) {
-  const Comparison comparison(sidecars, is_complete);
+std::vector<Outcome> compare(Library& library, const std::vector<Outcome>& sidecars, bool is_complete) {
+  const Comparison comparison(library, sidecars, is_complete);
   std::vector<Outcome> outcomes;
-  for (size_t i = 0; i < library.assets().size(); ++i)
-    outcomes.push_back(comparison.outcome_of(i, library.assets()[i]));
+  for (size_t i = 0; i < library.size(); ++i) outcomes.push_back(comparison.outcome_of(i));
   return outcomes;
 }
 

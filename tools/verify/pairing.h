@@ -16,6 +16,6 @@ std::unique_ptr<MeshSource> against_library(Library& library, const library::Fou
 
 // One outcome an asset: missing where a mesh's geometry is in none of the sidecars, or unusable, unreadable, not
 // verified. is_complete: whether all sidecars were looked at; if not, what is not seen is not verified.
-std::vector<Outcome> compare(const Library& library, const std::vector<Outcome>& sidecars, bool is_complete);
+std::vector<Outcome> compare(Library& library, const std::vector<Outcome>& sidecars, bool is_complete);
 
 }  // namespace vcd::verify

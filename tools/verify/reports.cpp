@@ -78,6 +78,7 @@ Json describe_outcome(const Outcome& outcome) {
                               {"geometry_hash", hex(mesh.geometry)},
                               {"has_sidecar", mesh.has_sidecar}});
   json["errors"] = errors;
+  json["notes"] = outcome.notes;
   json["exit_code"] = outcome.exit_code();
   return json;
 }

@@ -96,8 +96,8 @@ Result<BakeRate> measure_bake_rate(const PreparedMesh& mesh, const BakeRateOptio
 
 }  // namespace
 
-int run_bake_rate(const std::string& path, const BakeRateOptions& options, int repetitions, OutputFormat format) {
-  const auto loaded = TracedMesh::load(path, {}, nullptr);
+int run_bake_rate(const MeshToRead& mesh, const BakeRateOptions& options, int repetitions, OutputFormat format) {
+  const auto loaded = TracedMesh::load(mesh);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
   const auto rate = measure_bake_rate(loaded->mesh, options, repetitions);
   if (!rate) return print_error(rate.error().message), exit_code(rate.error().code);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "common/program.h"
+#include "traced_mesh.h"
 
 namespace vcd::bench {
 
@@ -16,6 +17,6 @@ struct BakeRateOptions {
 
 // The baker's recursion below random cells, against bare rtcOccluded16 on the very rays that it traced. Prints what it
 // measured; returns the exit code.
-int run_bake_rate(const std::string& mesh, const BakeRateOptions& options, int repetitions, tools::OutputFormat format);
+int run_bake_rate(const MeshToRead& mesh, const BakeRateOptions& options, int repetitions, tools::OutputFormat format);
 
 }  // namespace vcd::bench

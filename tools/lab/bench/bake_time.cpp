@@ -5,7 +5,6 @@
 #include <vcd/baker/measure.h>
 
 #include "common/describe.h"
-#include "common/meshes.h"
 #include "machine.h"
 #include "timing.h"
 
@@ -38,10 +37,10 @@ std::optional<Error> add_bake(const PreparedMesh& mesh, const BakeOptions& optio
 
 }  // namespace
 
-int run_bake_time(const std::string& path, const BakeTimeOptions& options, int repetitions, OutputFormat format) {
-  const auto meshes = load_meshes(path, {});
-  if (!meshes) return print_error(meshes.error().message), exit_code(meshes.error().code);
-  const PreparedMesh& mesh = meshes->front();
+int run_bake_time(const MeshToRead& file, const BakeTimeOptions& options, int repetitions, OutputFormat format) {
+  const auto loaded = TracedMesh::load(file);
+  if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
+  const PreparedMesh& mesh = loaded->mesh;
   catch_interruptions();
   Json all = Json::array();
   if (format == OutputFormat::text)
@@ -49,7 +48,7 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
         "%s: %zu triangles; %s, %u thread(s), scaled up from one in %u cells of the top table, medians of %d "
         "interleaved bakes\n"
         "  %-6s %-18s %10s %8s %14s\n",
-        path.c_str(), mesh.triangles.size(), machine_description().c_str(), options.threads, options.one_in,
+        file.path.c_str(), mesh.triangles.size(), machine_description().c_str(), options.threads, options.one_in,
         repetitions, "depth", "method", "seconds", "faster", "rays");
   for (uint32_t depth : options.depths) {
     std::vector<TimedBake> timed(std::size(kMethods));
@@ -79,7 +78,7 @@ int run_bake_time(const std::string& path, const BakeTimeOptions& options, int r
     print_json({{"tool", "vc-bench"},
                 {"version", VCD_VERSION},
                 {"machine", machine_description()},
-                {"mesh", path},
+                {"mesh", file.path},
                 {"one_in", options.one_in},
                 {"threads", options.threads},
                 {"repetitions", repetitions},

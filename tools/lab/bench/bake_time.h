@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/program.h"
+#include "traced_mesh.h"
 
 namespace vcd::bench {
 
@@ -17,6 +18,6 @@ struct BakeTimeOptions {
 
 // Times bakes by proof, hybrid and by 256 samples, interleaved, and prints seconds, ratios and resolved shares. Returns
 // the exit code.
-int run_bake_time(const std::string& mesh, const BakeTimeOptions& options, int repetitions, tools::OutputFormat format);
+int run_bake_time(const MeshToRead& mesh, const BakeTimeOptions& options, int repetitions, tools::OutputFormat format);
 
 }  // namespace vcd::bench

@@ -226,9 +226,10 @@ Rays of_kind(const World& world, const Recording& bundles, bool ground, bool own
 
 int run_instances(const InstancesOptions& options) {
   const auto fail = [](const Error& error) { return print_error(error.message), exit_code(error.code); };
-  const auto request = parse_scene_request(options.scene, {});
+  auto request = parse_scene_request(options.scene, {});
   if (!request) return fail(request.error());
-  const auto world = load_world(request->source, request->options, true);
+  request->options.files = {options.ingest, options.sidecars};
+  const auto world = load_world(request->source, request->options, options.quiet);
   if (!world) return fail(world.error());
   if (world->single())
     return fail({ErrorCode::usage, options.scene + ": one object in one place; see vc-bench segments"});

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <vcd/baker/ingest.h>
+
 #include "common/program.h"
 
 namespace vcd::bench {
@@ -11,7 +13,9 @@ namespace vcd::bench {
 struct InstancesOptions {
   std::string scene;                  // as parse_scene_request() reads it
   std::vector<std::string> sidecars;  // of all its meshes
-  size_t points = 3000;               // bundles of 128 shadow rays, about
+  IngestOptions ingest;               // for meshes that none of them has
+  bool quiet = false;
+  size_t points = 3000;  // bundles of 128 shadow rays, about
   int repetitions = 7;
   tools::OutputFormat format = tools::OutputFormat::text;
 };

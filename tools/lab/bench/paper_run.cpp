@@ -83,7 +83,11 @@ class SceneRun {
                    {"species", o.generated.forest.species},
                    {"leaves", o.generated.forest.leaves},
                    {"seed", o.generated.forest.seed}});
-    if (!is_generated_scene(source)) json.update({{"up", std::string(1, o.up)}, {"turn", o.turn_degrees}});
+    if (is_generated_scene(source)) return json;
+    json.update({{"up", std::string(1, o.up)}, {"turn", o.turn_degrees}});
+    const IngestOptions &ingest = o.files.ingest, usual;
+    if (ingest.treat_all_as_opaque) json["parts"] = "all, as opaque";
+    if (ingest.shift != usual.shift) json["shift"] = ingest.shift;
     return json;
   }
 

@@ -275,7 +275,8 @@ int run_segments(const SegmentsOptions& options) {
   const Sidecar& sidecar = opened.sidecars[0];
   if (options.object >= sidecar.object_count())
     return print_error(options.sidecar + ": it has no such object"), exit_code(ErrorCode::usage);
-  const auto loaded = TracedMesh::load(options.mesh, ingest_options_of(sidecar.contents()),
+  const IngestOptions ingest = ingest_options_of(sidecar.contents(), options.mesh.ingest);
+  const auto loaded = TracedMesh::load({options.mesh.path, ingest, options.mesh.quiet},
                                        &sidecar.object(options.object).record().geometry_hash);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
 
@@ -297,7 +298,7 @@ int run_segments(const SegmentsOptions& options) {
                 {"machine", machine_description()},
                 {"repetitions", options.repetitions},
                 {"sidecar", options.sidecar},
-                {"mesh", options.mesh},
+                {"mesh", options.mesh.path},
                 {"shadow_rays", describe(shadow)},
                 {"bundles", describe(bundles)},
                 {"chords", describe(chords)}});

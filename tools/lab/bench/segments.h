@@ -4,11 +4,13 @@
 #include <string>
 
 #include "common/program.h"
+#include "traced_mesh.h"
 
 namespace vcd::bench {
 
 struct SegmentsOptions {
-  std::string mesh, sidecar;
+  MeshToRead mesh;  // as the sidecar says
+  std::string sidecar;
   size_t object = 0;
   size_t points = 4000;
   int repetitions = 7;

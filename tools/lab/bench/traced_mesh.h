@@ -11,13 +11,18 @@
 
 namespace vcd::bench {
 
+struct MeshToRead {
+  std::string path;
+  IngestOptions ingest = {};
+  bool quiet = false;  // no notes of what the file lacks
+};
+
 struct TracedMesh {
   baker::PreparedMesh mesh;
   baker::Tracer tracer;
 
   // The mesh with that hash, or the first. Errors: those of load_meshes(); stale.
-  static Result<TracedMesh> load(const std::string& path, const IngestOptions& options,
-                                 const std::array<uint8_t, 16>* hash);
+  static Result<TracedMesh> load(const MeshToRead& file, const std::array<uint8_t, 16>* hash = nullptr);
 };
 
 }  // namespace vcd::bench

@@ -125,11 +125,12 @@ class Worker {
       for (uint32_t light = 0; light < world_.lights.size(); ++light)
         light_sum = light_sum + illumination(index, sample, light, point);
       sum = sum + light_sum * point.colour;
+      object_samples += point.surface != kGroundSurface;
     });
     return (sum + kBackground * static_cast<float>(missed)) * (1 / static_cast<float>(settings_.pixel_samples));
   }
 
-  uint64_t shadow_segments = 0;
+  uint64_t shadow_segments = 0, object_samples = 0;
   double shadow_seconds = 0;
 
  private:
@@ -232,6 +233,7 @@ Result<Rendered> render(const World& world, const RenderSettings& settings, cons
   rendered.seconds = seconds_between(start, Clock::now());
   for (const Worker& worker : workers) {
     rendered.shadow_segments += worker.shadow_segments;
+    rendered.object_samples += worker.object_samples;
     rendered.shadow_seconds += worker.shadow_seconds;
   }
   return rendered;

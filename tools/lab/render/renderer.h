@@ -38,8 +38,9 @@ struct RenderHooks {
 struct Rendered {
   Image image;  // linear RGB
   uint64_t shadow_segments = 0;
-  double seconds = 0;         // wall time
-  double shadow_seconds = 0;  // spent in cast(), all threads together
+  uint64_t object_samples = 0;  // camera rays that met an object
+  double seconds = 0;           // wall time
+  double shadow_seconds = 0;    // spent in cast(), all threads together
 };
 
 // Shadow rays are cast only where the surface and the light face one another, and where some ray of the bundle could

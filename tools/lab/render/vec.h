@@ -16,8 +16,13 @@ inline Vec3 operator*(Vec3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
 inline Vec3 operator*(Vec3 a, Vec3 b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
 inline float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 inline Vec3 cross(Vec3 a, Vec3 b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
-inline float length(Vec3 a) { return std::sqrt(dot(a, a)); }
-inline Vec3 unit(Vec3 a) { return a * (1 / length(a)); }
+// In double, which holds the squares of all floats.
+inline double wide_length(Vec3 a) { return std::sqrt(double{a.x} * a.x + double{a.y} * a.y + double{a.z} * a.z); }
+inline float length(Vec3 a) { return static_cast<float>(wide_length(a)); }
+inline Vec3 unit(Vec3 a) {
+  const double scale = 1 / wide_length(a);
+  return {static_cast<float>(a.x * scale), static_cast<float>(a.y * scale), static_cast<float>(a.z * scale)};
+}
 inline Vec3 vec3(const std::array<float, 3>& a) { return {a[0], a[1], a[2]}; }
 
 // x → matrix · x + offset.
@@ -45,7 +50,13 @@ struct Box {
   void add(const Box& b) { add(b.low), add(b.high); }
   Vec3 center() const { return (low + high) * 0.5f; }
   float diagonal() const { return length(high - low); }
+  float farthest() const {  // from the origin, along an axis
+    return std::fmax(std::fmax(std::fmax(-low.x, -low.y), -low.z), std::fmax(std::fmax(high.x, high.y), high.z));
+  }
 };
+
+// From a float of this size to the next.
+inline float step_at(float size) { return size > 0 ? std::ldexp(1.0f, std::ilogb(size) - 23) : 0; }
 
 // The axis-aligned box of a box's image.
 Box transformed(const Affine& a, const Box& box);

@@ -49,17 +49,17 @@ Quad ground_quad(const scenes::Ground& g) {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-Result<WorldObject> make_object(scenes::Mesh&& mesh, const std::string& source, uint32_t index, RTCDevice device,
-                                double& build_seconds) {
-  SourceMesh from{std::move(mesh.name), index, std::move(mesh.positions), std::move(mesh.triangles)};
-  const std::string name = from.name;
-  auto prepared = prepare(std::move(from));
-  if (!prepared) return Error{prepared.error().code, source + ": " + prepared.error().message};
+Result<WorldObject> make_object(WorldPart&& part, RTCDevice device, double& build_seconds) {
   const auto start = Clock::now();
-  auto tracer = Tracer::build(prepared->positions, prepared->triangles, TraceMode::fast, device);
+  auto tracer = Tracer::build(part.mesh.positions, part.mesh.triangles, TraceMode::fast, device);
   build_seconds += seconds_since(start);
-  if (!tracer) return Error{tracer.error().code, source + ": " + tracer.error().message};
-  return WorldObject{std::move(*prepared), std::move(*tracer), vec3(mesh.colour), source};
+  if (!tracer) return Error{tracer.error().code, part.source + ": " + tracer.error().message};
+  return WorldObject{std::move(part.mesh), std::move(*tracer), part.colour, std::move(part.source)};
+}
+
+// Asked before memory is used up.
+std::optional<Error> check_triangles(const std::string& name, uint64_t triangles) {
+  return check_memory(name, triangles * kBytesPerTriangle);
 }
 
 void attach_ground(const Quad& q, RTCDevice device, RTCScene scene) {
@@ -75,13 +75,25 @@ void attach_ground(const Quad& q, RTCDevice device, RTCScene scene) {
   rtcReleaseGeometry(geometry);
 }
 
+// Above rounding, in the scene's frame and in those of the objects.
+float shadow_offset(const World& world) {
+  float step = step_at(world.bounds.farthest());
+  for (const WorldInstance& instance : world.instances) {
+    float scale = 1;
+    if (!world.single())
+      for (const Vec3 column : instance.to_world.column) scale = std::fmax(scale, length(column));
+    step = std::fmax(step, scale * step_at(box_of(world.objects[instance.object].mesh).farthest()));
+  }
+  return std::fmax(2e-5f * world.bounds.diagonal(), 2 * step);
+}
+
+}  // namespace
+
 Box box_of(const PreparedMesh& mesh) {
   Box box;
   box.add(vec3(mesh.box_min)), box.add(vec3(mesh.box_max));
   return box;
 }
-
-}  // namespace
 
 uint64_t World::triangles() const {
   uint64_t sum = 0;
@@ -108,10 +120,25 @@ void attach_instances(const World& world, std::span<const RTCScene> objects, RTC
   }
 }
 
-Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>& sources) {
+Result<World> build_world(scenes::Scene&& scene) {
   uint64_t triangles = 0;
   for (const scenes::Mesh& mesh : scene.meshes) triangles += mesh.triangles.size();
-  if (auto error = check_memory(scene.name, triangles * kBytesPerTriangle)) return *error;
+  if (auto error = check_triangles(scene.name, triangles)) return *error;
+  std::vector<WorldPart> parts;
+  for (scenes::Mesh& mesh : scene.meshes) {
+    const auto index = static_cast<uint32_t>(parts.size());
+    auto prepared =
+        prepare({std::move(mesh.name), index, std::move(mesh.positions), std::move(mesh.triangles), {}, {}});
+    if (!prepared) return Error{prepared.error().code, scene.name + ": " + prepared.error().message};
+    parts.push_back({std::move(*prepared), vec3(mesh.colour), scene.name});
+  }
+  return build_world(scene, std::move(parts));
+}
+
+Result<World> build_world(const scenes::Scene& scene, std::vector<WorldPart>&& parts) {
+  uint64_t triangles = 0;
+  for (const WorldPart& part : parts) triangles += part.mesh.triangles.size();
+  if (auto error = check_triangles(scene.name, triangles)) return *error;
 
   std::atomic<int64_t> bytes = 0;  // outlives the device, which counts in it
   RTCDevicePointer device(rtcNewDevice(nullptr));
@@ -120,8 +147,8 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
 
   World world;
   world.name = scene.name;
-  for (uint32_t i = 0; i < scene.meshes.size(); ++i) {
-    auto object = make_object(std::move(scene.meshes[i]), sources[i], i, device.get(), world.cost.build_seconds);
+  for (WorldPart& part : parts) {
+    auto object = make_object(std::move(part), device.get(), world.cost.build_seconds);
     if (!object) return object.error();
     world.objects.push_back(std::move(*object));
   }
@@ -151,7 +178,7 @@ Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>&
                             vec3(light.radiance)});
   for (const WorldInstance& instance : world.instances)
     world.bounds.add(world.single() ? box_of(world.objects[0].mesh) : instance.box);
-  world.shadow_offset = 2e-5f * world.bounds.diagonal();
+  world.shadow_offset = shadow_offset(world);
 
   world.visible.reset(rtcNewScene(device.get()));
   attach_ground(world.ground, device.get(), world.visible.get());

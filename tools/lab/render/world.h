@@ -87,9 +87,21 @@ struct World {
   uint64_t placed_triangles() const;                                                 // of all instances
 };
 
-// Takes the scene's meshes apart; sources[i] says in messages where mesh i comes from. Errors: those of prepare();
-// runtime (not enough memory, said before it is used up).
-Result<World> build_world(scenes::Scene&& scene, const std::vector<std::string>& sources);
+Box box_of(const baker::PreparedMesh& mesh);  // padded
+
+// A mesh that a world is made of.
+struct WorldPart {
+  baker::PreparedMesh mesh;
+  Vec3 colour = {0.7f, 0.7f, 0.7f};
+  std::string source;  // as in WorldObject
+};
+
+// The parts in the scene's setting; instances[i].mesh is an index into them, the scene's own meshes are not looked at.
+// Errors: runtime (not enough memory, said before it is used up).
+Result<World> build_world(const scenes::Scene& scene, std::vector<WorldPart>&& parts);
+
+// The scene's own meshes, which are taken apart. Errors: and those of prepare().
+Result<World> build_world(scenes::Scene&& scene);
 
 // Adds all instances to a scene, in order; objects[i] stands for world.objects[i].
 void attach_instances(const World& world, std::span<const RTCScene> objects, RTCDevice device, RTCScene scene);

@@ -15,12 +15,12 @@ Double3 apply(const Transform& t, const Vec3& p) {
   return {row(0), row(4), row(8)};
 }
 
-// The longest edge, or, for a box that has none to speak of, as much as floats at its place can resolve well.
+// The longest edge, or, for a box that has none to speak of, some steps of floats at its place.
 double size_of(const Box& box) {
   const Double3 d = box.high - box.low;
   double far = 0;
   for (const Double3& p : {box.low, box.high}) far = std::max({far, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
-  const double size = std::max({d.x, d.y, d.z, far * 1e-4});
+  const double size = std::max({d.x, d.y, d.z, far * 0x1p-21});
   return size > 0 ? size : 1;
 }
 

@@ -94,6 +94,10 @@ class BakedObject {
   std::unique_ptr<Arrays> arrays_;
 };
 
+// Writes into a record what it says of the object's source and what the geometry does not decide: source_index, flags,
+// shift. bake() has done so.
+void describe_source(const PreparedMesh& mesh, ObjectRecord& record);
+
 // What bakes of the mesh would cost and be worth; options.depth is not looked at. Errors as bake().
 Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
 

@@ -35,9 +35,10 @@ struct IngestOptions {
 
 // One mesh in one place.
 struct Placement {
-  uint32_t mesh = 0;  // index into Ingested::meshes
-  // Row-major 3 x 4, mesh frame -> scene frame; column 3 is the translation. Finite and invertible; may mirror.
-  std::array<float, 12> transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  uint64_t mesh = 0;  // index into Ingested::meshes
+  // Row-major 3 x 4, mesh frame -> scene frame; column 3 is the translation. Finite and invertible, also when rounded
+  // to 32-bit floats; may mirror.
+  std::array<double, 12> transform = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
   bool operator==(const Placement&) const = default;
 };
@@ -46,7 +47,8 @@ struct Ingested {
   std::vector<SourceMesh> meshes;  // at least one; each has at least one triangle, finite positions, indices in range
   std::vector<std::string> notes;  // what was left out or passed over, one sentence each, naming mesh and primitive
   // If asked for: where the meshes stand in the scene, a mesh in any number of places. Empty, with a note, if a glTF
-  // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is.
+  // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is. A
+  // shift is taken back, so that all stands where it would without.
   std::vector<Placement> placements;
   std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of
                                     // the bytes as they were parsed, whatever the files hold by now

@@ -15,18 +15,22 @@
 
 namespace vcd::library {
 
-// One object of a sidecar file that is kept open.
+// One object of a sidecar file that is kept open, for a mesh of the same geometry.
 class CachedObject {
  public:
-  CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents, size_t index);
-  const ObjectContents& contents() const { return contents_->objects[index_]; }
-  // As an object of that name and place in its file. Points into this.
-  ObjectToWrite to_write(std::string_view name, uint32_t source_index) const;
+  CachedObject(std::shared_ptr<const FileBytes> file, std::shared_ptr<const SidecarContents> contents, size_t index,
+               const baker::PreparedMesh& mesh);
+  ObjectToWrite to_write() const;  // with what its record says of the mesh's source. Points into this
+  TreeView tree() const { return contents().tree; }
 
  private:
+  const ObjectContents& contents() const { return contents_->objects[index_]; }
+
   std::shared_ptr<const FileBytes> file_;
   std::shared_ptr<const SidecarContents> contents_;
   size_t index_;
+  std::string name_;
+  ObjectRecord record_;
 };
 
 // Content-addressed: an object is found by the hash of its geometry, of the settings that decide about its bytes, and

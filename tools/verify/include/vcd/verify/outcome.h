@@ -56,6 +56,7 @@ struct Outcome {
   Subject subject = Subject::sidecar;
   std::filesystem::path path = {};
   std::vector<Issue> issues = {};
+  std::vector<std::string> notes = {};    // what its mesh file has and its meshes have not, for a person; UTF-8
   std::vector<ObjectCheck> objects = {};  // of a sidecar, if it could be read
   std::vector<MeshCheck> meshes = {};     // of an asset
   uint64_t contradictions_seen = 0, contradictions_listed = 0;
