@@ -281,7 +281,7 @@ def decompress(stored, logical_size, at):
 NO_METHOD, SAMPLED, PROVEN, HYBRID = range(4)                                            # *Methods*
 # *Methods*, `none`: the top table and the three uniform bricks of a tree of depth 1 in which all cells are unclassified.
 UNCLASSIFIED_TREE = struct.pack("<16I", *[2] * 15, 0) + b"".join(bytes([i * 0x55]) * 64 for i in range(3))
-PARTS_LEFT_OUT = 1                                                                       # bit of `flags`
+PARTS_LEFT_OUT, LOOK_UP_FROM_OUTSIDE, LOOK_UP_FROM_INSIDE = 1, 2, 4                      # bits of `flags`
 
 
 class ObjectRecord:
@@ -304,7 +304,7 @@ class ObjectRecord:
         self.method_parameters = list(f[26:34])
         self.statistical_cells, self.audit_lines, self.audit_wrong = f[34], list(f[35:37]), list(f[37:39])
         self.audit_bound_95, self.guard_band, self.shift = f[39], f[40], list(f[41:44])
-        require(file.minor > 3 or self.flags <= PARTS_LEFT_OUT, "Reserved fields", at + 14, f"flags {self.flags:#x}")
+        require(file.minor > 3 or self.flags < 8, "Reserved fields", at + 14, f"flags {self.flags:#x}")
         require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
         self.check_method(where)
@@ -340,6 +340,8 @@ class ObjectRecord:
     def describe(self):
         return {"name": self.name, "geometry_hash": self.geometry_hash.hex(),
                 "parts_left_out": bool(self.flags & PARTS_LEFT_OUT),
+                "look_up_first": {"from_outside": bool(self.flags & LOOK_UP_FROM_OUTSIDE),
+                                  "from_inside": bool(self.flags & LOOK_UP_FROM_INSIDE)},
                 "hierarchy": self.hierarchy and self.hierarchy.describe(),
                 **{name: getattr(self, name) for name in self.NAMES}}
 

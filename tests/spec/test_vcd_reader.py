@@ -585,8 +585,8 @@ class Broken(unittest.TestCase):
 
     def test_reserved_fields(self):
         for at in (32, 64 + 60, self.record + 14):
-            self.rejects(patched(self.data, (at, b"\2")), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\2"), (10, b"\4"))).dump()           # ignored in version 2.4
+            self.rejects(patched(self.data, (at, b"\x08")), "Reserved fields")
+            VcdFile(patched(self.data, (at, b"\x08"), (10, b"\4"))).dump()         # ignored in version 2.4
         VcdFile(assemble(self.entries, minor=0xFFFF)).dump()
 
     def test_table_entries(self):
@@ -673,6 +673,8 @@ class Broken(unittest.TestCase):
         said = VcdFile(patched(self.data, (r + 14, b"\1"), (r + 240, struct.pack("<d", 4649776.25)))).dump()["objects"]
         self.assertEqual([o["parts_left_out"] for o in said], [True, False])
         self.assertEqual([o["shift"] for o in said], [[0, 4649776.25, 0], [0, 0, 0]])
+        said = [VcdFile(patched(self.data, (r + 14, bits))).dump()["objects"][0]["look_up_first"] for bits in (b"\2", b"\4")]
+        self.assertEqual(said, [{"from_outside": True, "from_inside": False}, {"from_outside": False, "from_inside": True}])
         for bad in (-1.0, INF, NAN, -1.0 + 1e-9, 3.4e38):
             box = struct.pack("<f", bad)
             if bad == 3.4e38:

@@ -103,7 +103,8 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::flag,
      .member = &BakeSettings::no_hierarchy,
-     .help = "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
+     .help =
+         "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
      .zero_is_none = true},
     {.name = "embed-geometry",
      .letter = 0,
