@@ -72,7 +72,7 @@ void query_object(const Baked& baked, OddPlaces& places) {
     const Answer answer = baked.by_kernel[0].object(0).classify(s);
     if (answer != Answer::unclassified) require_true(answer, baked.still.meets(s), "what is said of an object is true");
   }
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const OddLights lights(places, kStill);
     ask_bundle(lights, lights.quad), ask_bundle(lights, lights.sphere);
   }
