@@ -221,6 +221,12 @@ void query_scene(OddPlaces& places) {
 }  // namespace
 }  // namespace vcd::fuzz
 
+// Baking takes longer than an input may.
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  vcd::fuzz::baked_meshes();
+  return 0;
+}
+
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace vcd::fuzz;
   OddPlaces places({data, size});
