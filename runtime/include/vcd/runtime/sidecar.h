@@ -26,6 +26,7 @@
 #include <vcd/format/segment.h>
 #include <vcd/runtime/bundle.h>
 #include <vcd/runtime/segment_arrays.h>
+#include <vcd/runtime/version.h>
 
 namespace vcd {
 
