@@ -26,6 +26,9 @@ struct vcd_scene {
 static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) &&
               offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
 static_assert(sizeof(vcd::Visibility) == 1);
+static_assert(static_cast<int>(vcd::From::outside) == VCD_FROM_OUTSIDE &&
+              static_cast<int>(vcd::From::inside) == VCD_FROM_INSIDE &&
+              static_cast<int>(vcd::From::self) == VCD_FROM_SELF);
 static_assert(static_cast<int>(vcd::InstanceUse::asked) == VCD_INSTANCE_ASKED &&
               static_cast<int>(vcd::InstanceUse::left) == VCD_INSTANCE_LEFT &&
               static_cast<int>(vcd::InstanceUse::absent) == VCD_INSTANCE_ABSENT);
@@ -59,6 +62,8 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
   if (options->check == VCD_CHECK_CANONICAL) result.check = vcd::CheckLevel::canonical;
   result.proven_only = options->proven_only != 0;
   if (options->kernel) result.kernel = options->kernel;
+  if (options->look_up == VCD_LOOK_UP_ALWAYS) result.look_up = vcd::LookUpFirst::always;
+  if (options->look_up == VCD_LOOK_UP_NEVER) result.look_up = vcd::LookUpFirst::never;
   return result;
 }
 
@@ -78,9 +83,10 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
 
 bool usable(const vcd_open_options* options) {
   return !options ||
-         (is_whole(*options) && options->check >= VCD_CHECK_CHECKSUMS && options->check <= VCD_CHECK_CANONICAL);
+         (is_whole(*options) && options->check >= VCD_CHECK_CHECKSUMS && options->check <= VCD_CHECK_CANONICAL &&
+          options->look_up >= VCD_LOOK_UP_AS_BAKED && options->look_up <= VCD_LOOK_UP_NEVER);
 }
-constexpr const char* kWrongOptions = "options: their size or their check is none that this library knows";
+constexpr const char* kWrongOptions = "options: their size, check or look_up is none that this library knows";
 
 uint32_t mask_of(uint32_t in_c) { return in_c == 0 ? 0xFFFFFFFF : in_c; }
 
@@ -119,6 +125,25 @@ vcd::SphereBundle translate(const vcd_sphere_bundle& b) {
   return bundle;
 }
 
+vcd::PointBundle translate(const vcd_point_bundle& b) {
+  assert(is_whole(b));
+  vcd::PointBundle bundle{};
+  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
+  bundle.x = {b.x, b.count}, bundle.y = {b.y, b.count}, bundle.z = {b.z, b.count};
+  return bundle;
+}
+
+vcd::Segment translate(const vcd_segment& from) {
+  vcd::Segment segment;
+  std::memcpy(&segment, &from, sizeof segment);
+  return segment;
+}
+
+template <class Bundle>
+void occluded(const vcd_object* object, const Bundle& bundle, vcd_from from, uint64_t* blocked) {
+  object->object.occluded(translate(bundle), {blocked, (bundle.count + 63) / 64}, static_cast<vcd::From>(from));
+}
+
 vcd::SceneQuery translate(const vcd_scene_query* query, size_t origins) {
   if (!query) return {};
   assert(is_whole(*query));
@@ -141,6 +166,15 @@ struct Trace {
     trace(context, &in_c);
   }
 };
+
+// asked: segments or a bundle.
+template <class Asked>
+void occluded(const vcd::Scene& scene, const Asked& asked, vcd_trace_unclassified trace, void* context,
+              uint64_t* blocked, const vcd::SceneQuery& query) {
+  const std::span<uint64_t> bits(blocked, (asked.size() + 63) / 64);
+  if (trace) scene.occluded(asked, bits, Trace{trace, context}, query);
+  else scene.occluded(asked, bits, query);
+}
 
 const vcd_object* handle_of(const vcd_sidecar* sidecar, const std::optional<vcd::Object>& found) {
   if (!found) return nullptr;
@@ -222,9 +256,7 @@ const char* vcd_object_name(const vcd_object* object, size_t* length) {
 int vcd_object_answers(const vcd_object* object) { return object->object.answers(); }
 
 vcd_visibility vcd_classify(const vcd_object* object, const vcd_segment* segment) {
-  vcd::Segment copy;
-  std::memcpy(&copy, segment, sizeof copy);
-  return static_cast<vcd_visibility>(object->object.classify(copy));
+  return static_cast<vcd_visibility>(object->object.classify(translate(*segment)));
 }
 
 void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, size_t count, uint8_t* answers) {
@@ -249,6 +281,28 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
                          uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
+}
+
+int vcd_object_has_hierarchy(const vcd_object* object) { return object->object.has_hierarchy(); }
+
+int vcd_occluded(const vcd_object* object, const vcd_segment* segment, vcd_from from) {
+  return object->object.occluded(translate(*segment), static_cast<vcd::From>(from));
+}
+
+void vcd_occluded_array(const vcd_object* object, const vcd_segment* segments, size_t count, vcd_from from,
+                        uint64_t* blocked) {
+  object->object.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count),
+                          {blocked, (count + 63) / 64}, static_cast<vcd::From>(from));
+}
+
+void vcd_occluded_quad(const vcd_object* object, const vcd_quad_bundle* bundle, vcd_from from, uint64_t* blocked) {
+  occluded(object, *bundle, from, blocked);
+}
+void vcd_occluded_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, vcd_from from, uint64_t* blocked) {
+  occluded(object, *bundle, from, blocked);
+}
+void vcd_occluded_point(const vcd_object* object, const vcd_point_bundle* bundle, vcd_from from, uint64_t* blocked) {
+  occluded(object, *bundle, from, blocked);
 }
 
 vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene,
@@ -290,27 +344,30 @@ vcd_instance_use vcd_scene_use(const vcd_scene* scene, uint32_t instance) {
 }
 
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin) {
-  vcd::Segment copy;
-  std::memcpy(&copy, segment, sizeof copy);
-  return static_cast<vcd_visibility>(scene->scene.classify(copy, {mask_of(mask), std::span(&origin, 1)}));
+  return static_cast<vcd_visibility>(
+      scene->scene.classify(translate(*segment), {mask_of(mask), std::span(&origin, 1)}));
+}
+
+int vcd_scene_has_hierarchies(const vcd_scene* scene) { return scene->scene.has_hierarchies(); }
+
+int vcd_scene_occluded_one(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin) {
+  return scene->scene.occluded(translate(*segment), {mask_of(mask), std::span(&origin, 1)});
 }
 
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
                         vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
-  scene->scene.occluded(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {blocked, (count + 63) / 64},
-                        Trace{trace, context}, translate(query, count));
+  occluded(scene->scene, std::span(reinterpret_cast<const vcd::Segment*>(segments), count), trace, context, blocked,
+           translate(query, count));
 }
 
 void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
                              vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
-  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
-                        translate(query, 1));
+  occluded(scene->scene, translate(*bundle), trace, context, blocked, translate(query, 1));
 }
 
 void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
                                vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
-  scene->scene.occluded(translate(*bundle), {blocked, (bundle->count + 63) / 64}, Trace{trace, context},
-                        translate(query, 1));
+  occluded(scene->scene, translate(*bundle), trace, context, blocked, translate(query, 1));
 }
 
 }  // extern "C"

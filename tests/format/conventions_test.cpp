@@ -6,7 +6,10 @@
 #include <gtest/gtest.h>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/referee.h>
 #include <vcd/format/tree.h>
+#include <vcd/runtime/scene.h>
+#include <vcd/runtime/sidecar.h>
 
 #include "support/files.h"
 #include "support/meshes.h"
@@ -191,6 +194,81 @@ TEST_F(Conventions, S19_LinesThroughEdgesAndCornersGoToTheLowestAxis) {
   const LineCell line = locate(make_grid_frame(low, high), {{-10, -10, -10}, 0, {1, 1, 1}, 1000});
   EXPECT_TRUE(line.hits);
   EXPECT_EQ(line.pair, 0u);  // faces 0 and 1: axis x for entry and exit
+}
+
+// ---- With a hierarchy
+
+class WithAHierarchy : public testing::Test {
+ protected:
+  explicit WithAHierarchy(
+      const SourceMesh& source = {"two", 0, {{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {4, 4, 0}}, {{0, 1, 2}, {1, 2, 3}}})
+      : baked_(must_bake(source, proven(2))),
+        bytes_(sidecar_bytes({&baked_})),
+        sidecar_(std::move(*Sidecar::open_buffer(bytes_))) {}
+  bool ask(const Segment& s) const { return sidecar_.object(0).occluded(s, From::self); }
+
+  BakedObject baked_;
+  std::vector<std::byte> bytes_;
+  Sidecar sidecar_;
+};
+
+TEST_F(WithAHierarchy, S21_EverySegmentIsAnsweredExactly) {
+  EXPECT_TRUE(ask({{1, 1, 1}, 0, {0, 0, -1}, 2}));              // inside
+  EXPECT_TRUE(ask({{2, 2, 1}, 0, {0, 0, -1}, 2}));              // the edge between the two
+  EXPECT_TRUE(ask({{0, 0, 1}, 0, {0, 0, -1}, 2}));              // a vertex
+  EXPECT_FALSE(ask({{-0x1p-140f, 0, 1}, 0, {0, 0, -1}, 2}));    // beside it
+  EXPECT_TRUE(ask({{-1, 1, 0}, 0, {9, 0, 0}, 1}));              // in the plane
+  EXPECT_FALSE(ask({{1, 1, 1}, 0, {0, 0, -1}, 1}));             // ends on it
+  EXPECT_TRUE(ask({{1, 1, 1}, 0, {0, 0, -1}, 0x1.000002p0f}));  // beyond
+  EXPECT_TRUE(ask({{1, 1, 0x1p60f}, 0, {0, 0, -0x1p61f}, 1}));  // from far away
+  EXPECT_FALSE(ask({{1, 1, 0}, 0, {0, 0, 1}, 1}));              // begins on it
+}
+
+TEST_F(WithAHierarchy, S22_WhatIsNoSegmentIsNotBlocked) {
+  EXPECT_FALSE(ask({{kNaN, 1, 1}, 0, {0, 0, -1}, 2}));
+  EXPECT_FALSE(ask({{1, 1, 1}, 0, {0, 0, -kInfinity}, 2}));
+  EXPECT_FALSE(ask({{1, 1, 1}, kNaN, {0, 0, -1}, 2}));
+  EXPECT_FALSE(ask({{1, 1, 1}, 2, {0, 0, -1}, 2}));
+  EXPECT_TRUE(ask({{1, 1, 0}, 0, {0, 0, 0}, 1}));
+  EXPECT_FALSE(ask({{1, 1, 1}, 0, {0, 0, 0}, 1}));
+}
+
+TEST_F(WithAHierarchy, S23_InASceneTheMovedSegmentIsAsked) {
+  const Transform tenth = {{{0.1f, 0, 0, 5}, {0, 0.1f, 0, 5}, {0, 0, 0.1f, 5}}},
+                  flat = {{{1, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 1, 0}}};
+  for (const Transform& t : {tenth, flat}) {
+    const SceneInstance instance = SceneInstance::of(sidecar_.object(0), t);
+    const auto scene = Scene::build(std::span(&instance, 1));
+    ASSERT_TRUE(scene.ok() && scene->has_hierarchies());
+    const Segment s{{5.1f, 5.1f, 9}, 0, {0, 0, -8}, 1};
+    if (const auto moved = scene->in_object(0, s)) {
+      EXPECT_EQ(scene->occluded(s), ask(*moved));
+      EXPECT_TRUE(ask(*moved));
+    } else {
+      EXPECT_FALSE(scene->occluded(s));  // a line in the plane y = 0 is all that is left
+    }
+  }
+}
+
+TEST_F(WithAHierarchy, S24_StatisticsAreRefusedWithProvenOnly) {
+  // A sphere of many triangles, baked by few samples: what is blocked by samples alone is traced when proofs alone are
+  // trusted.
+  const BakedObject baked = must_bake(leaves(80), quick(3));
+  const auto bytes = sidecar_bytes({&baked});
+  OpenOptions options;
+  options.look_up = LookUpFirst::always;
+  const Sidecar all = std::move(*Sidecar::open_buffer(bytes, options));
+  options.proven_only = true;
+  const Sidecar sure = std::move(*Sidecar::open_buffer(bytes, options));
+  const PreparedMesh mesh = *prepare(leaves(80));
+  const Referee referee(mesh);
+  int wrong = 0;
+  for (const Segment& s : audit_segments(mesh, AuditKind::uniform, 5, 20000)) {
+    const bool expected = referee.occluded(s);
+    EXPECT_EQ(sure.object(0).occluded(s), expected);
+    wrong += all.object(0).occluded(s) != expected;
+  }
+  EXPECT_GT(wrong, 0);
 }
 
 }  // namespace

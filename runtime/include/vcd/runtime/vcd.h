@@ -48,13 +48,21 @@ typedef enum vcd_check {
   VCD_CHECK_CANONICAL = 2  /* all that vc-verify checks of a file alone, counts of cells too: slow */
 } vcd_check;
 
+/* Whether vcd_occluded and its kin look up before they ask a hierarchy. */
+typedef enum vcd_look_up_first {
+  VCD_LOOK_UP_AS_BAKED = 0, /* where the baker found that it saves time */
+  VCD_LOOK_UP_ALWAYS = 1,   /* but of segments from the object itself */
+  VCD_LOOK_UP_NEVER = 2
+} vcd_look_up_first;
+
 typedef struct vcd_open_options {
   uint32_t size;
   int copy;           /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
   vcd_check check;    /* 0: checksums */
   int proven_only;    /* 1: trust proofs only. Cells that are blocked by statistics alone, and all cells of objects that
                        * were baked by sampling, are unclassified. */
-  const char* kernel; /* what classifies arrays: a name of vcd_kernel; NULL: the fastest */
+  const char* kernel; /* what classifies and traces: a name of vcd_kernel; NULL: the fastest */
+  vcd_look_up_first look_up;
 } vcd_open_options;
 
 typedef struct vcd_error {
@@ -132,6 +140,31 @@ void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, 
 void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint64_t* blocked,
                          uint64_t* unclassified);
 
+/* Segments from origin to samples origin + {x[i], y[i], z[i]}: of several lights, of a sky, of anything. */
+typedef struct vcd_point_bundle {
+  uint32_t size;
+  float origin[3];
+  const float *x, *y, *z;
+  size_t count;
+} vcd_point_bundle;
+
+/* Where segments begin: outside the object's box, inside, or on the object itself. */
+typedef enum vcd_from { VCD_FROM_OUTSIDE = 0, VCD_FROM_INSIDE = 1, VCD_FROM_SELF = 2 } vcd_from;
+
+/* Whether the file holds the object's triangles in a hierarchy. Then the object needs no fallback: what no look-up
+ * decides, the hierarchy does, exactly. Without one, the functions below end the program with a message. */
+int vcd_object_has_hierarchy(const vcd_object* object);
+
+/* 1: the object blocks the segment. */
+int vcd_occluded(const vcd_object* object, const vcd_segment* segment, vcd_from from);
+
+/* Bit i % 64 of blocked[i / 64] says that segment i is blocked: room for (count + 63) / 64 words. */
+void vcd_occluded_array(const vcd_object* object, const vcd_segment* segments, size_t count, vcd_from from,
+                        uint64_t* blocked);
+void vcd_occluded_quad(const vcd_object* object, const vcd_quad_bundle* bundle, vcd_from from, uint64_t* blocked);
+void vcd_occluded_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, vcd_from from, uint64_t* blocked);
+void vcd_occluded_point(const vcd_object* object, const vcd_point_bundle* bundle, vcd_from from, uint64_t* blocked);
+
 /* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number
  * of threads at once, vcd_scene_set_transforms not beside them. */
 typedef struct vcd_scene vcd_scene;
@@ -189,8 +222,15 @@ typedef struct vcd_scene_query {
  * the instance that the segment begins on, or VCD_NO_INSTANCE. */
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
 
+/* 1: all instances that are not absent have a hierarchy, so that trace may be NULL below. */
+int vcd_scene_has_hierarchies(const vcd_scene* scene);
+
+/* 1: the segment is blocked, by look-ups or by hierarchies. mask and origin: as in vcd_scene_classify. */
+int vcd_scene_occluded_one(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
+
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
- * is asked for what look-ups leave unclassified. query: NULL for all instances and no origins. */
+ * is asked for what look-ups leave unclassified; NULL: the objects' own hierarchies are. query: NULL for all instances
+ * and no origins. */
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
                         vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
