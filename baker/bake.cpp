@@ -15,6 +15,7 @@
 
 #include "audit/audit_object.h"
 #include "classify/make_classifier.h"
+#include "hierarchy/look_up_worth.h"
 #include "object/baked_object.h"
 #include "octree/demote.h"
 #include "octree/octree.h"
@@ -241,6 +242,8 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_option
   BakedObject object = make_object(
       mesh, {options.method, depth, classifier.samples, options.seed}, counts,
       {std::move(demoted.tree), std::move(*geometry), std::move(clearances), std::move(hierarchy->section)});
+  object.record.flags |=
+      look_up_worth(mesh, object.record, object.tree(), HierarchyView{object.to_write().hierarchy.data()});
   object.plan = std::move(plan);
   object.rays = classified->octree.rays;
   object.seconds = since(start);
