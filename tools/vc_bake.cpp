@@ -1,7 +1,4 @@
 // vc-bake: mesh files in, .vcd sidecars out.
-#include <sched.h>
-#include <unistd.h>
-
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -16,7 +13,7 @@
 #include "bake/events.h"
 #include "bake/options.h"
 #include "bake/report.h"
-#include "common/memory.h"
+#include "common/limits.h"
 #include "common/meshes.h"
 #include "common/paths.h"
 #include "common/plan_report.h"
@@ -42,14 +39,11 @@ struct Options {
   std::string cache, report, events, depfile, depfile_target;
 };
 
-unsigned processors() {
-  cpu_set_t set;
-  return sched_getaffinity(0, sizeof set, &set) == 0 ? static_cast<unsigned>(CPU_COUNT(&set)) : 1;
-}
+unsigned threads_of(const Options& options) { return options.threads ? options.threads : available_processors(); }
 
 BatchOptions batch_options(const Options& options) {
   BatchOptions batch;
-  batch.threads = options.threads ? options.threads : processors();
+  batch.threads = threads_of(options);
   const uint64_t free = available_memory();
   batch.memory_bytes = options.memory_mb > 0 ? static_cast<uint64_t>(options.memory_mb * 1048576)
                        : free > 0            ? free / 5 * 4
@@ -218,7 +212,7 @@ int run(const Options& options) {
 Json plan_object(const Options& options, const Asset& asset, const PreparedMesh& mesh, int& code) {
   const std::string name = printable(mesh.name);
   BakeOptions bake_options = asset.settings.bake_options();
-  bake_options.threads = options.threads;
+  bake_options.threads = threads_of(options);
   bake_options.stop = interrupted;
   const auto planned = plan(mesh, bake_options);
   if (!planned) {
@@ -277,7 +271,9 @@ void add_run_options(CLI::App& app, Options& options) {
                  "Threads, for all assets together; 0: all (default). The results do not depend on it")
       ->check(CLI::Range(0, 1024));
   app.add_option("--memory-mb", options.memory_mb,
-                 "MiB that all processes together may take (default: four fifths of what is free)")
+                 "MiB that all processes together may take (default: four fifths of what is free, in a container or a "
+                 "Slurm\njob of "
+                 "what that allows)")
       ->check(NumberRange(256.0, 1e9));
   app.add_option("--time-limit", options.time_limit,
                  "Seconds that one asset may take before it is given up; 0: no limit (default: 14400)")

@@ -6,6 +6,7 @@
 #include <vcd/writer/writer.h>
 
 #include <vcd/library/find.h>
+#include "bake/options.h"
 #include "common/describe.h"
 #include "common/paths.h"
 #include "common/program.h"
@@ -20,7 +21,7 @@ struct Options {
   CommonOptions common;
   std::vector<std::string> files;
   std::string repack;
-  Storage storage = Storage::raw;
+  library::BakeSettings settings;  // its storage is that of --repack
   bool sections = false;
 };
 
@@ -70,7 +71,7 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
   if (contents.header->version_minor > kVersionMinor)  // its reserved fields may mean something, and would get lost
     return Error{ErrorCode::unsupported, options.files[0] + ": of a later minor version than this program can write"};
   SidecarToWrite out;
-  out.storage = options.storage;
+  out.storage = options.settings.storage;
   out.stop = interrupted;
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
@@ -141,10 +142,8 @@ int main(int argc, char** argv) {
   app.add_option("--repack", options.repack,
                  "Write the sidecar's content to this file, in the storage that --storage names")
       ->type_name("PATH");
-  const std::map<std::string, Storage> kStorages = {{"raw", Storage::raw}, {"ship", Storage::zstd}};
-  app.add_option("--storage", options.storage, "For --repack. raw: to render from (default); ship: compressed")
-      ->transform(CLI::CheckedTransformer(kStorages, CLI::ignore_case).description(""))
-      ->type_name("raw|ship");
+  for (const library::Setting& setting : library::settings_table())
+    if (setting.name == "storage") add_setting(app, options.settings, setting);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -7,6 +7,7 @@
 #include <vcd/library/find.h>
 
 #include "common/audit_report.h"
+#include "common/limits.h"
 #include "common/meshes.h"
 #include "common/paths.h"
 #include "common/program.h"
@@ -101,6 +102,7 @@ int run(Options& options) {
     return exit_code(ErrorCode::usage);
   }
   catch_interruptions();
+  if (options.run.threads == 0) options.run.threads = available_processors();
   options.run.allowed = {options.allowed.begin(), options.allowed.end()};
   options.run.check.stop = interrupted;
   const bool is_json = options.common.format == OutputFormat::json;

@@ -85,14 +85,20 @@ class GltfReader {
         return;
       }
     }
-    const std::optional<uint32_t> indices = primitive.index("indices");
-    if (is_empty_accessor(document_, primitive.required_object("attributes").required_index("POSITION")) ||
-        (indices && is_empty_accessor(document_, *indices))) {
+    if (has_no_vertex(primitive)) {
       ++empty_;
       note(place + " passed over: it has no vertex");
       return;
     }
     for (const std::string& odd : builder.append(primitive)) note(place + ": " + odd);
+  }
+
+  // Of a Draco stream, the accessors only say what it ought to hold.
+  bool has_no_vertex(const GltfObject& primitive) const {
+    if (primitive.extension("KHR_draco_mesh_compression")) return false;
+    const std::optional<uint32_t> indices = primitive.index("indices");
+    return is_empty_accessor(document_, primitive.required_object("attributes").required_index("POSITION")) ||
+           (indices && is_empty_accessor(document_, *indices));
   }
 
   std::string summary() const {

@@ -39,7 +39,6 @@ Accessor accessor_of(const GltfDocument& document, uint32_t index, uint32_t comp
   if (accessor.component_size == 0) object.fail("componentType " + std::to_string(component) + " does not exist");
   accessor.element_size = accessor.component_size * component_count;
   accessor.count = object.integer("count");
-  if (accessor.count == 0) object.fail("count is 0");
   return accessor;
 }
 

@@ -71,6 +71,23 @@ TEST_F(GltfCompression, DracoIntegersAreNormalizedByTheAccessor) {
             (std::vector<Position>{{0, 0, small}, {1, 0, small}, {0, -1, small}, {1, -1, small}}));
 }
 
+TEST_F(GltfCompression, DracoCountsThatDifferFromTheAccessorsCostANote) {
+  const std::vector<std::string> beginnings = {
+      "mesh 0 \"Draco\", primitive 0: the Draco stream holds 4 vertices, though ",
+      "mesh 0 \"Draco\", primitive 0: the Draco stream holds 2 triangles, though "};
+  for (const auto& [accessor, right] : {std::pair(0, 4), std::pair(1, 6)})
+    for (const int count : {0, 3, 4, 6, 7, 100'000}) {
+      GltfBuilder builder = draco_file(draco_square());
+      builder.document["accessors"][accessor]["count"] = count;
+      const Result<Ingested> result = read(builder);
+      ASSERT_TRUE(result.ok()) << result.error().message;
+      EXPECT_EQ(result->meshes[0].positions, square);
+      EXPECT_EQ(result->meshes[0].triangles, square_triangles);
+      ASSERT_EQ(result->notes.size(), count == right ? 0u : 1u) << accessor << " " << count;
+      for (const std::string& note : result->notes) EXPECT_TRUE(note.starts_with(beginnings[accessor])) << note;
+    }
+}
+
 TEST_F(GltfCompression, DefectsOfDracoPrimitivesAreRefused) {
   const auto refused = [&](const std::function<void(json&)>& bend, const std::string& reason) {
     GltfBuilder builder = draco_file(draco_square());

@@ -34,17 +34,17 @@ class PaperRun(Case):
         for scene in results["scenes"]:
             self.assertEqual(scene["status"], "complete")
             variants = {v["id"]: v for v in scene["variants"]}
-            self.assertEqual(set(variants), {"bvh", "bvh-single", "blank", "d2-n16", "d3-n81"})
+            self.assertEqual(set(variants), {"bvh", "bvh-single", "unclassified", "d2-n16", "d3-n81"})
             for v in variants.values():
                 self.assertLessEqual(v["render_seconds"]["minimum"], v["render_seconds"]["median"])
                 self.assertGreater(v["shadow_seconds"]["median"], 0)
-            self.assertTrue(all(k["wrong_resolved"] == 0 for k in variants["blank"]["kinds"]))
+            self.assertTrue(all(k["wrong_resolved"] == 0 for k in variants["unclassified"]["kinds"]))
             if scene["name"] == "leaves":  # frames of instances are rounded otherwise than Embree's
-                self.assertTrue(variants["blank"]["identical_image"])
-                self.assertEqual(variants["blank"]["max_difference"], 0)
-            # A blank sidecar answers only what passes every box by.
-            self.assertTrue(all(k["blocked"] == 0 for k in variants["blank"]["kinds"]))
-            for name in ("d2-n16", "d3-n81", "blank"):
+                self.assertTrue(variants["unclassified"]["identical_image"])
+                self.assertEqual(variants["unclassified"]["max_difference"], 0)
+            # A sidecar without classes answers only what passes every box by.
+            self.assertTrue(all(k["blocked"] == 0 for k in variants["unclassified"]["kinds"]))
+            for name in ("d2-n16", "d3-n81", "unclassified"):
                 v = variants[name]
                 for total, part in (("segments", "segments"), ("resolved_segments", "resolved"), ("wrong", "wrong")):
                     self.assertEqual(v[total], sum(k[part] for k in v["kinds"]))
@@ -84,7 +84,7 @@ class PaperRun(Case):
         self.run_program("vc-bench", *SCENES, *SMALL[:-2], "2x81", "-q", "-o", self.out, env={**os.environ, "VCD_PYTHON": "/bin/true"})
         scene = self.results()["scenes"][0]
         self.assertEqual({v["id"] for v in scene["variants"] if "render_seconds" in v},
-                         {"bvh", "bvh-single", "blank", "d2-n16", "d3-n81", "d2-n81"})
+                         {"bvh", "bvh-single", "unclassified", "d2-n16", "d3-n81", "d2-n81"})
         self.assertEqual({v["variant"] for v in scene["kinds"][0]["vcd"]}, {"d2-n16", "d3-n81", "d2-n81"})
 
     def test_a_scene_of_other_options_is_not_mixed_in(self):

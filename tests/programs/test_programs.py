@@ -9,6 +9,7 @@ import signal
 import struct
 import subprocess
 import tempfile
+import threading
 import time
 import unittest
 
@@ -272,6 +273,27 @@ class Info(Case):
         self.run_program("vc-bake", self.folder / "soup.obj", "-q", "--depth", 5, "--method", "sampled", "--samples", 16, "--embed-geometry",
                          "--audit", 9000, "--storage", "ship", "-o", baked_ship)
         self.assertEqual(baked_ship.read_bytes(), ship.read_bytes())
+
+    def test_a_file_that_is_rewritten_in_place_ends_in_a_code_and_no_signal(self):
+        _, sidecar = self.baked("--embed-geometry", "--depth", "1", text=soup(20000))
+        whole = sidecar.read_bytes()
+        self.assertGreater(len(whole), 200_000)
+        stop = threading.Event()
+
+        def rewrite():
+            while not stop.is_set():
+                for size in (5000, 0):
+                    os.truncate(sidecar, size)
+                    sidecar.write_bytes(whole)
+
+        writer = threading.Thread(target=rewrite)
+        writer.start()
+        try:
+            codes = {subprocess.run([BIN / "vc-info", sidecar], capture_output=True, timeout=60).returncode for _ in range(60)}
+        finally:
+            stop.set()
+            writer.join()
+        self.assertLessEqual(codes, {0, 2, 3})
 
 
 class Verify(Case):

@@ -120,7 +120,7 @@ class Page(PageCase):
         self.assertEqual(steps[1:], [1e9, 1015e6, 959e6])
 
     def test_the_look_ups_own_cost(self):
-        items = self.browser.ask("return [...document.querySelectorAll('#blank li')].map(e => e.textContent)")
+        items = self.browser.ask("return [...document.querySelectorAll('#unclassified li')].map(e => e.textContent)")
         self.assertRegex(items[0], r"Killeroo: shadow rays take 1\.04× .*the image is identical")
         self.assertEqual(items[3], "Forest: not run.")
 

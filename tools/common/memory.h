@@ -1,4 +1,4 @@
-// Whether something fits into this machine's memory, asked before it is made.
+// Whether something fits into the memory that is free for this process, asked before it is made.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,6 @@
 #include <vcd/format/error.h>
 
 namespace vcd::tools {
-
-uint64_t available_memory();  // bytes that are free or can be freed; 0 if the system does not say
 
 // An error (runtime) that names `what`, its need and what is free; nothing where it fits or the system does not tell.
 std::optional<Error> check_memory(const std::string& what, uint64_t bytes_needed);

@@ -60,13 +60,8 @@ std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<s
   json["objects"] = Json::array();
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
-<<<<<<< HEAD
-    const TreeView tree = object.known ? object.known->contents().tree : object.baked.tree();
-    Json entry = describe_object({&written.record, written.name, tree, written.geometry, {written.hierarchy.data()}});
-=======
     const TreeView tree = object.known ? object.known->tree() : object.baked.tree();
-    Json entry = describe_object({&written.record, written.name, tree, written.geometry});
->>>>>>> tools
+    Json entry = describe_object({&written.record, written.name, tree, written.geometry, {written.hierarchy.data()}});
     entry["duplicate_triangles"] = object.duplicate_triangles;
     entry["zero_area_triangles"] = object.zero_area_triangles;
     entry["reused"] = object.known.has_value();
@@ -88,13 +83,8 @@ std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<
   std::string text = shown(asset.input) + " -> " + shown(asset.output) + ", " + readable_bytes(bytes) + "\n";
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
-<<<<<<< HEAD
-    text += "object " + std::to_string(object.source_index) + " " + printable(object.name) + "\n" +
-            object_summary(written.record) + hierarchy_summary({written.hierarchy.data()});
-=======
     text += "object " + std::to_string(written.record.source_index) + " " + printable(std::string(written.name)) +
-            "\n" + object_summary(written.record);
->>>>>>> tools
+            "\n" + object_summary(written.record) + hierarchy_summary({written.hierarchy.data()});
     if (object.duplicate_triangles || object.zero_area_triangles)
       text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
               std::to_string(object.zero_area_triangles) + " zero-area triangles\n";

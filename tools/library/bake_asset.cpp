@@ -87,14 +87,10 @@ class AssetBake {
     context_.on_stage("baking " + printable(mesh.name));
     auto baked = bake(mesh, options);
     if (!baked) return fault(baked.error().code, baked.error().message);
-<<<<<<< HEAD
     if (!baked->without_hierarchy.empty())
-      notes_.push_back("object " + std::to_string(mesh->source_index) +
+      notes_.push_back("object " + std::to_string(mesh.source_index) +
                        " has no hierarchy: " + baked->without_hierarchy);
-    if (const auto unkept = cache_.keep(*mesh, asset_.settings, baked->to_write()))
-=======
     if (const auto unkept = cache_.keep(mesh, asset_.settings, baked->to_write()))
->>>>>>> tools
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.baked = std::move(*baked);
     return finished;

@@ -59,20 +59,13 @@ CachedObject::CachedObject(std::shared_ptr<const FileBytes> file, std::shared_pt
   describe_source(mesh, record_);
 }
 
-<<<<<<< HEAD
-ObjectToWrite CachedObject::to_write(std::string_view name, uint32_t source_index) const {
-  ObjectToWrite object{name,
-                       *contents().record,
-                       tree_pieces(contents().tree),
-                       contents().geometry,
-                       contents().hierarchy.bytes(),
-                       contents().clearance};
-  object.record.source_index = source_index;
-  return object;
-=======
 ObjectToWrite CachedObject::to_write() const {
-  return {name_, record_, tree_pieces(contents().tree), contents().geometry, contents().clearance};
->>>>>>> tools
+  return {name_,
+          record_,
+          tree_pieces(contents().tree),
+          contents().geometry,
+          contents().hierarchy.bytes(),
+          contents().clearance};
 }
 
 std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {

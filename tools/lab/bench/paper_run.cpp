@@ -24,8 +24,8 @@ using namespace render;
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kUnclassified = "blank";  // its id in results that were measured already
-constexpr const char* kSingle = "bvh-single";   // ray by ray, as the paper's renderer traced
+constexpr const char* kUnclassified = "unclassified";  // a sidecar that answers nothing: what look-ups cost
+constexpr const char* kSingle = "bvh-single";          // ray by ray, as the paper's renderer traced
 
 struct OpenVariant {
   std::string id;

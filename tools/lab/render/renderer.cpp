@@ -10,6 +10,7 @@
 #include <sched.h>
 
 #include "beam.h"
+#include "common/limits.h"
 #include "sampling.h"
 
 namespace vcd::render {
@@ -197,7 +198,7 @@ void pin_to(unsigned index) {
 
 Result<Rendered> render(const World& world, const RenderSettings& settings, const MakeCaster& make_caster,
                         const RenderHooks& hooks) {
-  const unsigned threads = settings.threads ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
+  const unsigned threads = settings.threads ? settings.threads : tools::available_processors();
   std::vector<Worker> workers;
   for (unsigned t = 0; t < threads; ++t) workers.emplace_back(world, settings, make_caster());
 

@@ -48,10 +48,10 @@ def summary(scenes):
     return f'<ul class="summary" aria-label="Largest speed-up of shadow rays, by scene">{items}</ul>'
 
 
-def blank_words(scenes):
+def unclassified_words(scenes):
     items = ""
     for scene in scenes:
-        row = next((r for r in scene["variants"] if r["id"] == "blank"), None)
+        row = next((r for r in scene["variants"] if r["id"] == "unclassified"), None)
         if not row or row["shadow_ratio"] is None:
             items += f"<li>{escape(scene['title'])}: not run.</li>"
             continue
@@ -108,9 +108,9 @@ and its time ray by ray has a row of its own.</p>
 <section id="trends"><h2>Trends</h2>
 <p>Each statement is checked on every neighbouring pair of sampled configurations, here and on the paper’s own figures.</p>
 {trend_part.all_of(report["trends"])}</section>
-<section id="blank"><h2>The look-up’s own cost</h2>
+<section id="unclassified"><h2>The look-up’s own cost</h2>
 <p>A sidecar whose cells are all unclassified answers no ray that meets a box: what remains is the cost of asking.</p>
-{blank_words(scenes)}{parts.table(tables["blank"])}<p class="measured">{escape(short)}</p></section></main>'''
+{unclassified_words(scenes)}{parts.table(tables["unclassified"])}<p class="measured">{escape(short)}</p></section></main>'''
     style = (HERE / "page.css").read_text(encoding="utf-8")
     script = (HERE / "page.js").read_text(encoding="utf-8")
     palette = (f":root{{{canvas.variables(0)}--font:{canvas.FONT}}}{canvas.HALO}"

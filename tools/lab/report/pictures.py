@@ -14,7 +14,7 @@ def collect(folder, scene):
     noticed before anything is written."""
     found = []
     for variant in scene["variants"]:
-        if variant["id"] == "blank":
+        if variant["id"] == "unclassified":
             continue
         for view, name in variant.get("images", {}).items():
             if view not in VIEWS:

@@ -94,13 +94,13 @@ def image_kinds_table(scenes):
         [(s, by_kind(s["image_kinds"])) for s in scenes])
 
 
-def blank_table(scenes):
-    return table("blank", "Every cell unclassified: what the look-up itself costs", "Variant", [
+def unclassified_table(scenes):
+    return table("unclassified", "Every cell unclassified: what the look-up itself costs", "Variant", [
         column("shadow_seconds", "Shadow rays, s", "seconds"), column("shadow_ratio", "of the BVH's time", "ratio"),
         column("shadow_ratio_low", "lowest", "ratio"), column("shadow_ratio_high", "highest", "ratio"),
         column("render_ratio", "Whole image, of the BVH's time", "ratio"), column("identical_image", "Image identical", "flag")],
-        [(s, [r for r in s["variants"] if r["id"] == "blank"]) for s in scenes])
+        [(s, [r for r in s["variants"] if r["id"] == "unclassified"]) for s in scenes])
 
 
 def all_tables(scenes):
-    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, ways_table, image_kinds_table, blank_table)]
+    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, ways_table, image_kinds_table, unclassified_table)]

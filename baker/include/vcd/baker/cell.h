@@ -3,6 +3,8 @@
 
 #include <cstdint>
 
+#include <vcd/format/answer.h>
+
 namespace vcd::baker {
 
 // A cell of level l is one of 2^l × 2^l × 2^l × 2^l of its face pair; s, t, u, v < 2^l.
@@ -22,8 +24,11 @@ struct Cell {
 
 enum class CellVerdict : uint8_t { clear = 0, blocked = 1, mixed = 2 };
 
-// Classes of cells as the file has them, and what the recursion knows beside them.
-inline constexpr uint32_t kClear = 0, kBlocked = 1, kUnclassified = 2, kStatisticallyBlocked = 3;
-inline constexpr uint32_t kDeeper = 4;  // mixed, and not yet at the deepest level
+// What the recursion knows of a cell, a word: its class in the file, or that its children have to be asked.
+inline constexpr auto kClear = static_cast<uint32_t>(CellClass::clear);
+inline constexpr auto kBlocked = static_cast<uint32_t>(CellClass::blocked);
+inline constexpr auto kUnclassified = static_cast<uint32_t>(CellClass::unclassified);
+inline constexpr auto kStatisticallyBlocked = static_cast<uint32_t>(CellClass::statistically_blocked);
+inline constexpr uint32_t kDeeper = kStatisticallyBlocked + 1;  // mixed, and not yet at the deepest level
 
 }  // namespace vcd::baker
