@@ -1,3 +1,4 @@
+#include <cassert>
 #include <cstring>
 #include <new>
 #include <string>
@@ -25,12 +26,25 @@ struct vcd_scene {
 static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) &&
               offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
 static_assert(sizeof(vcd::Visibility) == 1);
+static_assert(static_cast<int>(vcd::InstanceUse::asked) == VCD_INSTANCE_ASKED &&
+              static_cast<int>(vcd::InstanceUse::left) == VCD_INSTANCE_LEFT &&
+              static_cast<int>(vcd::InstanceUse::absent) == VCD_INSTANCE_ABSENT);
 
 namespace {
 
+// All structs have their first version. One that grows needs a copy here that is zero beyond the caller's size.
+template <class Struct>
+size_t size_of(const Struct& s) {
+  return s.size == 0 ? sizeof(Struct) : s.size;
+}
+template <class Struct>
+bool is_whole(const Struct& s) {
+  return size_of(s) >= sizeof(Struct);
+}
+
 vcd_result fail(vcd_error* error, vcd_result result, const std::string& message) {
-  if (error && error->size > offsetof(vcd_error, message)) {
-    const size_t room = error->size - offsetof(vcd_error, message) - 1;
+  if (error && size_of(*error) > offsetof(vcd_error, message)) {
+    const size_t room = size_of(*error) - offsetof(vcd_error, message) - 1;
     const size_t length = message.copy(error->message, room);
     error->message[length] = '\0';
   }
@@ -41,9 +55,10 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
   vcd::OpenOptions result;
   if (!options) return result;
   if (options->copy) result.load = vcd::Load::copy;
-  if (options->check_bounds_only) result.check = vcd::CheckLevel::bounds;
-  if (options->size >= offsetof(vcd_open_options, kernel)) result.proven_only = options->proven_only != 0;
-  if (options->size >= sizeof *options && options->kernel) result.kernel = options->kernel;
+  if (options->check == VCD_CHECK_BOUNDS) result.check = vcd::CheckLevel::bounds;
+  if (options->check == VCD_CHECK_CANONICAL) result.check = vcd::CheckLevel::canonical;
+  result.proven_only = options->proven_only != 0;
+  if (options->kernel) result.kernel = options->kernel;
   return result;
 }
 
@@ -61,12 +76,30 @@ vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd
   }
 }
 
-// The first version of the options ended before proven_only.
 bool usable(const vcd_open_options* options) {
-  return !options || options->size >= offsetof(vcd_open_options, proven_only);
+  return !options ||
+         (is_whole(*options) && options->check >= VCD_CHECK_CHECKSUMS && options->check <= VCD_CHECK_CANONICAL);
+}
+constexpr const char* kWrongOptions = "options: their size or their check is none that this library knows";
+
+uint32_t mask_of(uint32_t in_c) { return in_c == 0 ? 0xFFFFFFFF : in_c; }
+
+vcd::SceneInstance translate(const vcd_instance& from) {
+  vcd::Transform to_world;
+  std::memcpy(&to_world, from.to_world, sizeof to_world);
+  vcd::SceneInstance instance{std::nullopt, {}, {}, to_world};
+  if (from.object) {
+    instance = vcd::SceneInstance::of(from.object->object, to_world);
+  } else {
+    std::memcpy(instance.box_min, from.box_min, sizeof instance.box_min);
+    std::memcpy(instance.box_max, from.box_max, sizeof instance.box_max);
+  }
+  instance.mask = mask_of(from.mask);
+  return instance;
 }
 
 vcd::QuadBundle translate(const vcd_quad_bundle& b) {
+  assert(is_whole(b));
   vcd::QuadBundle bundle{};
   std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
   std::memcpy(bundle.corner, b.corner, sizeof bundle.corner);
@@ -77,6 +110,7 @@ vcd::QuadBundle translate(const vcd_quad_bundle& b) {
 }
 
 vcd::SphereBundle translate(const vcd_sphere_bundle& b) {
+  assert(is_whole(b));
   vcd::SphereBundle bundle{};
   std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
   std::memcpy(bundle.centre, b.centre, sizeof bundle.centre);
@@ -87,7 +121,8 @@ vcd::SphereBundle translate(const vcd_sphere_bundle& b) {
 
 vcd::SceneQuery translate(const vcd_scene_query* query, size_t origins) {
   if (!query) return {};
-  return {query->mask, query->origins ? std::span(query->origins, origins) : std::span<const uint32_t>{}};
+  assert(is_whole(*query));
+  return {mask_of(query->mask), query->origins ? std::span(query->origins, origins) : std::span<const uint32_t>{}};
 }
 
 // The caller's function, as a Scene asks it.
@@ -97,7 +132,9 @@ struct Trace {
   void operator()(const vcd::UnclassifiedSegments& left) const {
     const auto& [origin, t_min, direction, t_max, count] = left.segments;
     const vcd_unclassified_segments in_c = {
+        sizeof in_c,
         left.instance,
+        left.in_world,
         {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
         left.indices,
         left.blocked};
@@ -139,7 +176,8 @@ vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd
                     vcd_error* error) try {
   if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
   *sidecar = nullptr;
-  if (!path || !usable(options)) return fail(error, VCD_ERROR_USAGE, "path is null, or options->size is not set");
+  if (!path) return fail(error, VCD_ERROR_USAGE, "path is null");
+  if (!usable(options)) return fail(error, VCD_ERROR_USAGE, kWrongOptions);
   return finish(vcd::Sidecar::open(path, translate(options)), sidecar, error);
 } catch (...) {
   return VCD_ERROR_RUNTIME;
@@ -149,8 +187,8 @@ vcd_result vcd_open_buffer(const void* data, size_t size, const vcd_open_options
                            vcd_error* error) try {
   if (!sidecar) return fail(error, VCD_ERROR_USAGE, "sidecar is null");
   *sidecar = nullptr;
-  if ((!data && size) || !usable(options))
-    return fail(error, VCD_ERROR_USAGE, "data is null, or options->size is not set");
+  if (!data && size) return fail(error, VCD_ERROR_USAGE, "data is null");
+  if (!usable(options)) return fail(error, VCD_ERROR_USAGE, kWrongOptions);
   const vcd::Bytes bytes(static_cast<const std::byte*>(data), size);
   return finish(vcd::Sidecar::open_buffer(bytes, translate(options)), sidecar, error);
 } catch (...) {
@@ -219,19 +257,16 @@ vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const ch
   *scene = nullptr;
   if (!instances && count) return fail(error, VCD_ERROR_USAGE, "instances is null");
   std::vector<vcd::SceneInstance> all;
+  const size_t stride = count ? size_of(instances[0]) : 0;
   for (size_t i = 0; i < count; ++i) {
-    const vcd_instance& from = instances[i];
-    vcd::Transform to_world;
-    std::memcpy(&to_world, from.to_world, sizeof to_world);
-    vcd::SceneInstance instance{std::nullopt, {}, {}, to_world};
-    if (from.object) {
-      instance = vcd::SceneInstance::of(from.object->object, to_world);
-    } else {
-      std::memcpy(instance.box_min, from.box_min, sizeof instance.box_min);
-      std::memcpy(instance.box_max, from.box_max, sizeof instance.box_max);
-    }
-    instance.mask = from.mask;
-    all.push_back(instance);
+    vcd_instance from;
+    const auto* at = reinterpret_cast<const std::byte*>(instances) + i * stride;
+    std::memcpy(&from.size, at, sizeof from.size);
+    if (!is_whole(from) || size_of(from) != stride)
+      return fail(error, VCD_ERROR_USAGE,
+                  "instance " + std::to_string(i) + ": its size is wrong, or not the first one's");
+    std::memcpy(&from, at, sizeof from);
+    all.push_back(translate(from));
   }
   auto built = vcd::Scene::build(all, kernel ? kernel : "");
   if (!built) return fail(error, static_cast<vcd_result>(built.error().code), built.error().message);
@@ -250,10 +285,14 @@ vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd
   return refused ? fail(error, static_cast<vcd_result>(refused->code), refused->message) : VCD_SUCCESS;
 }
 
+vcd_instance_use vcd_scene_use(const vcd_scene* scene, uint32_t instance) {
+  return static_cast<vcd_instance_use>(scene->scene.use(instance));
+}
+
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin) {
   vcd::Segment copy;
   std::memcpy(&copy, segment, sizeof copy);
-  return static_cast<vcd_visibility>(scene->scene.classify(copy, {mask, std::span(&origin, 1)}));
+  return static_cast<vcd_visibility>(scene->scene.classify(copy, {mask_of(mask), std::span(&origin, 1)}));
 }
 
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,

@@ -1,6 +1,7 @@
 // Fuzz bytes as floats of any bit pattern, and the queries that are made of them.
 #pragma once
 
+#include <cmath>
 #include <cstring>
 #include <random>
 #include <span>
@@ -13,7 +14,7 @@
 namespace vcd::fuzz {
 
 // Takes floats from bytes, and where these have ended from a generator whose seed they are: places about the box [0,
-// 1]^3.
+// 1]^3, and now and then a float of any exponent.
 class HostileFloats {
  public:
   explicit HostileFloats(std::span<const uint8_t> bytes) : bytes_(bytes) {
@@ -22,7 +23,7 @@ class HostileFloats {
   }
   float next() {
     float x;
-    if (bytes_.size() < sizeof x) return -1 + 3 * static_cast<float>(random_() >> 8) * 0x1p-24f;
+    if (bytes_.size() < sizeof x) return below(40) ? -1 + 3 * uniform() : odd();
     std::memcpy(&x, bytes_.data(), sizeof x);
     bytes_ = bytes_.subspan(sizeof x);
     return x;
@@ -32,8 +33,12 @@ class HostileFloats {
   }
   uint32_t below(uint32_t n) { return static_cast<uint32_t>(random_() % n); }
   bool at_end() const { return bytes_.size() < sizeof(float); }
+  // Of any exponent, subnormal ones too.
+  float odd() { return std::ldexp(1 + uniform(), static_cast<int>(below(277)) - 149) * (below(2) ? -1.0f : 1.0f); }
 
  private:
+  float uniform() { return static_cast<float>(random_() >> 8) * 0x1p-24f; }
+
   std::span<const uint8_t> bytes_;
   uint32_t seed_ = 1;
   std::mt19937 random_;

@@ -141,8 +141,10 @@ struct OddLights {
       quad.edge_v[a] = static_cast<float>((second[a] - corner[a]) * double{g});
     }
     const uint32_t kind = places.below(10);
-    const float along_u = places.between(-1, 2), along_v = places.between(-1, 2);
+    const float along_u = places.between(-1, 2), along_v = places.between(-1, 2),
+                thin = std::exp2(places.between(-60, -35));
     for (int a = 0; a < 3; ++a) {
+      if (kind == 0) quad.edge_u[a] *= thin;
       if (kind == 1) quad.edge_u[a] = 0;                                          // a line
       if (kind == 2) quad.edge_u[a] = quad.edge_v[a] = 0;                         // a point
       if (kind == 3) quad.edge_v[a] = along_u * quad.edge_u[a];                   // parallel, within rounding
@@ -165,7 +167,8 @@ struct OddLights {
       double length = 0;
       for (double& x : out) x = double{places.between(-1, 1)}, length += x * x;
       for (size_t c = 0; c < 2; ++c) {
-        columns[c].push_back(kind == 9 ? static_cast<float>(places.below(2)) : places.uniform());
+        columns[c].push_back(kind == 9 || (kind == 0 && thin < 0x1p-45f) ? static_cast<float>(places.below(2))
+                                                                         : places.uniform());
         if (kind == 7) places.spoil(columns[c].back(), 30);
       }
       for (size_t a = 0; a < 3; ++a)

@@ -72,7 +72,7 @@ void query_object(const Baked& baked, OddPlaces& places) {
     const Answer answer = baked.by_kernel[0].object(0).classify(s);
     if (answer != Answer::unclassified) require_true(answer, baked.still.meets(s), "what is said of an object is true");
   }
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const OddLights lights(places, kStill);
     ask_bundle(lights, lights.quad), ask_bundle(lights, lights.sphere);
   }
@@ -220,6 +220,12 @@ void query_scene(OddPlaces& places) {
 
 }  // namespace
 }  // namespace vcd::fuzz
+
+// Baking takes longer than an input may.
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  vcd::fuzz::baked_meshes();
+  return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace vcd::fuzz;

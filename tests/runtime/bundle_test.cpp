@@ -237,7 +237,8 @@ TEST(Bundle, InC) {
   for (int k = 0; k < 100; ++k) {
     const Light light = any_light(baked.record, random);
     const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
-    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]},
+    const vcd_quad_bundle quad = {sizeof quad,
+                                  {origin[0], origin[1], origin[2]},
                                   {corner[0], corner[1], corner[2]},
                                   {edge_u[0], edge_u[1], edge_u[2]},
                                   {edge_v[0], edge_v[1], edge_v[2]},
@@ -245,7 +246,8 @@ TEST(Bundle, InC) {
                                   v.data(),
                                   u.size()};
     const auto& centre = light.sphere.centre;
-    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]},
+    const vcd_sphere_bundle ball = {sizeof ball,
+                                    {origin[0], origin[1], origin[2]},
                                     {centre[0], centre[1], centre[2]},
                                     light.sphere.radius,
                                     light.x.data(),

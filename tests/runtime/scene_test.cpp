@@ -503,7 +503,8 @@ TEST(Scene, InC) {
   std::vector<vcd_instance> instances;
   std::vector<float> transforms;
   for (size_t i = 0; i < forest.instances.size(); ++i) {
-    vcd_instance instance{vcd_object_at(files[forest.object_of[i]], 0), {}, {}, {}, 0xFFFFFFFF};
+    vcd_instance instance{};
+    instance.object = vcd_object_at(files[forest.object_of[i]], 0);
     std::memcpy(instance.to_world, &forest.instances[i].to_world, sizeof instance.to_world);
     transforms.insert(transforms.end(), instance.to_world, instance.to_world + 12);
     instances.push_back(instance);
@@ -523,7 +524,7 @@ TEST(Scene, InC) {
   const auto* array = reinterpret_cast<const vcd_segment*>(segments.data());
   std::vector<uint32_t> origins(segments.size(), kNoInstance);
   for (size_t i = 0; i < origins.size(); i += 5) origins[i] = static_cast<uint32_t>(i % 12);
-  const vcd_scene_query query = {3, origins.data()};
+  const vcd_scene_query query = {sizeof query, 3, origins.data()};
   scene->occluded(segments, blocked[0], trace, {3, origins});
   vcd_scene_occluded(in_c, array, segments.size(), &query, trace_in_c, &asked[1], blocked[1]);
   EXPECT_TRUE(same());
@@ -533,7 +534,8 @@ TEST(Scene, InC) {
   for (int k = 0; k < 50; ++k) {
     const SceneLight light(random, 300, kSpread);
     const auto& [origin, corner, edge_u, edge_v, u, v] = light.quad;
-    const vcd_quad_bundle quad = {{origin[0], origin[1], origin[2]},
+    const vcd_quad_bundle quad = {0,
+                                  {origin[0], origin[1], origin[2]},
                                   {corner[0], corner[1], corner[2]},
                                   {edge_u[0], edge_u[1], edge_u[2]},
                                   {edge_v[0], edge_v[1], edge_v[2]},
@@ -541,7 +543,8 @@ TEST(Scene, InC) {
                                   v.data(),
                                   u.size()};
     const auto& centre = light.sphere.centre;
-    const vcd_sphere_bundle ball = {{origin[0], origin[1], origin[2]},
+    const vcd_sphere_bundle ball = {0,
+                                    {origin[0], origin[1], origin[2]},
                                     {centre[0], centre[1], centre[2]},
                                     light.sphere.radius,
                                     light.x.data(),

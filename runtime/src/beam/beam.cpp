@@ -103,7 +103,7 @@ bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChun
   float distance = 0, size = 0;
   for (int a = 0; a < 3; ++a) {
     distance += std::abs(to_grid(frame, a, beam.origin[a]));
-    size += size_of(beam, chunk, a) * frame.scale[a];
+    size += chunk.size[a] * frame.scale[a];
   }
   constexpr float kMostRounding = 2.5f * kFarthestBeam;
   return distance <= kFarthestBeam && size <= kFarthestBeam &&

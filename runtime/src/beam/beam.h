@@ -25,7 +25,7 @@ struct BeamFrame {
   // For spheres: a direction d passes it at u = (d · to_u) / (d · axis) + 1/2, and v likewise.
   float axis[3], to_u[3], to_v[3];
   double reach;    // segments end at most so many times as far away as the parallelogram
-  float rounding;  // directions are within 3 rounding · 2^-24 of size_of() of what u and v say of them, on each axis
+  float rounding;  // directions are within 3 rounding · 2^-24 of BundleChunk::size of what u and v say of them
 };
 
 // What callers of a bundle's queries must see to: samples of one size, room for the answers.
@@ -53,6 +53,9 @@ struct BundleChunk {
   size_t first, count;        // first: a multiple of kChunk
   const float *u, *v;         // count of them, and the last again up to a whole run
   Extent u_extent, v_extent;  // measured by a kernel
+  // How large the numbers are, on each axis, of which the directions are made: at least those of the whole
+  // parallelogram, of which a sphere's u and v are made. Not finite if a direction is not.
+  float size[3];
   alignas(64) float own_u[kChunk], own_v[kChunk];
 
   size_t runs() const { return (count + kRun - 1) / kRun; }
@@ -62,11 +65,11 @@ struct BundleChunk {
 void place(const QuadBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 void place(const SphereBundle& bundle, const BeamFrame& frame, BundleChunk& chunk);
 
-// How large the numbers are, on one axis, of which a chunk's directions are made: at least those of the whole
-// parallelogram, of which a sphere's u and v are made. Not finite if a direction is not.
-inline float size_of(const BeamFrame& beam, const BundleChunk& chunk, int axis) {
-  return std::abs(beam.corner[axis]) + std::max(chunk.u_extent.most(), 1.0f) * std::abs(beam.edge_u[axis]) +
-         std::max(chunk.v_extent.most(), 1.0f) * std::abs(beam.edge_v[axis]);
+// Once the extents are measured.
+inline void set_size(const BeamFrame& beam, BundleChunk& chunk) {
+  const float u = std::max(chunk.u_extent.most(), 1.0f), v = std::max(chunk.v_extent.most(), 1.0f);
+  for (int a = 0; a < 3; ++a)
+    chunk.size[a] = std::abs(beam.corner[a]) + u * std::abs(beam.edge_u[a]) + v * std::abs(beam.edge_v[a]);
 }
 
 // Whether rounding in this object's grid stays well below the guard band. False if anything is not finite.

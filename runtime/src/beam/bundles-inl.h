@@ -125,7 +125,7 @@ struct PlacedBundleGrid {
   HWY_INLINE Lines corner_lines(const BeamFrame& frame, const BundleChunk& chunk, const Lanes& lanes) const {
     InGrid in = in_grid(grid, lanes);
     Floats size[3];
-    for (int a = 0; a < 3; ++a) size[a] = all(frame.rounding * size_of(frame, chunk, a));
+    for (int a = 0; a < 3; ++a) size[a] = all(frame.rounding * chunk.size[a]);
     in.moving = weighted(grid, size);
     return locate_placed(in);
   }
@@ -180,6 +180,7 @@ void ClassifyBundle(const GridFrame& grid, const LookUp& look_up, const Bundle& 
     chunk.count = std::min(kChunk, bundle.size() - chunk.first);
     place(bundle, frame, chunk);
     MeasureChunk(chunk);
+    set_size(frame, chunk);
     SampleAnswers answers;
     const bool as_beam = frame.usable && near_enough(grid, frame, chunk);
     if (!as_beam || !misses(grid, frame, chunk))

@@ -10,7 +10,7 @@ namespace vcd {
 bool is_trusted(const BeamFrame& frame, const BundleChunk& chunk) {
   bool near = true;
   for (int a = 0; a < 3; ++a)
-    near &= std::abs(frame.origin[a]) <= kFarthest && size_of(frame, chunk, a) * frame.rounding <= 0.5f * kFarthest;
+    near &= std::abs(frame.origin[a]) <= kFarthest && chunk.size[a] * frame.rounding <= 0.5f * kFarthest;
   return near;
 }
 
@@ -21,7 +21,7 @@ SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
     const float ends[4] = {u.low * frame.edge_u[a], u.high * frame.edge_u[a], v.low * frame.edge_v[a],
                            v.high * frame.edge_v[a]};
     // Rounding of the directions, and of u and v where they were computed.
-    const float slack = kBoxSlack * frame.rounding * size_of(frame, chunk, a);
+    const float slack = kBoxSlack * frame.rounding * chunk.size[a];
     beam.origin_low[a] = beam.origin_high[a] = frame.origin[a];
     beam.inverse_low[a] = inverse_of(frame.corner[a] + std::min(ends[0], ends[1]) + std::min(ends[2], ends[3]) - slack);
     beam.inverse_high[a] =
@@ -33,7 +33,7 @@ SceneBeam beam_of(const BeamFrame& frame, const BundleChunk& chunk) {
 
 bool near_enough(const ToGrid& grid, const BeamFrame& frame, const BundleChunk& chunk) {
   float sum = 0;
-  for (int a = 0; a < 3; ++a) sum += grid.column[a][3] * size_of(frame, chunk, a);
+  for (int a = 0; a < 3; ++a) sum += grid.column[a][3] * chunk.size[a];
   return sum * frame.rounding * static_cast<float>(frame.reach) <= kFarthestReach;
 }
 

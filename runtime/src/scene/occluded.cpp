@@ -74,14 +74,14 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   SegmentColumns<kChunk> columns;
   uint32_t indices[kChunk];
   size_t count = 0;
-  const bool one_by_one = !in_world && (bits & chunk.odd).any();
   bits.for_each([&](size_t i) {
-    const Segment s = segment_at(chunk.columns.view(i, 1), 0);
-    columns.set(count, one_by_one ? *in_object(data, instance, s) : s);
+    columns.set(count, segment_at(chunk.columns.view(i, 1), 0));
     indices[count++] = static_cast<uint32_t>(chunk.first + i);
   });
   const SegmentArrays runs = columns.view(0, columns.pad(count));
-  if (!in_world && !one_by_one)
+  if (!in_world && (bits & chunk.odd).any())
+    for (size_t k = 0; k < runs.count; ++k) columns.set(k, *in_object(data, instance, segment_at(runs, k)));
+  else if (!in_world)
     asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], runs,
                                    {columns.origin[0], columns.origin[1], columns.origin[2]},
                                    {columns.direction[0], columns.direction[1], columns.direction[2]});
@@ -201,10 +201,9 @@ void find_self(const Asked& asked, Chunk& chunk) {
 
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
-  for (size_t i = 0; i < chunk.count; ++i) {
-    chunk.columns.set(i, segments[i]);
-    chunk.odd.set(i, !is_trusted(segments[i]));
-  }
+  for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
+  if (!are_trusted(chunk.columns, chunk.count))
+    for (size_t i = 0; i < chunk.count; ++i) chunk.odd.set(i, !is_trusted(segments[i]));
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
   chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
@@ -251,6 +250,7 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
     samples.count = std::min(kChunk, bundle.size() - samples.first);
     place(bundle, frame, samples);
     asked.scene.kernels->measure(samples);
+    set_size(frame, samples);
     Chunk chunk(samples.first, samples.count);
     if (frame.usable && is_trusted(frame, samples)) {
       answer(asked, chunk, bundle, frame, samples);

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 
+#include <vcd/format/line_cell.h>
 #include <vcd/format/segment.h>
+
+#include "lookup/segment_columns.h"
 
 namespace vcd {
 
@@ -26,15 +30,30 @@ inline float inverse_of(float direction) {
 
 // False for NaNs, too. Infinite t are fine.
 inline bool is_trusted(const Segment& s) {
-  bool near = true, is_long = false;
-  for (int a = 0; a < 3; ++a) {
-    const float place = std::abs(s.origin[a]), length = std::abs(s.direction[a]);
-    near &= (place <= kFarthest) & (length <= kFarthest);
-    is_long |= length >= kShortest;
+  using namespace detail;
+  const auto absolute = [](Float4 v) {
+    return reinterpret_cast<Float4>(reinterpret_cast<Int4>(v) & (Int4{} + INT32_MAX));
+  };
+  const Float4 origin = absolute(load(s.origin)), direction = absolute(load(s.direction));  // and t, which is ballast
+  if (sign_bits((origin <= all(kFarthest)) & (direction <= all(kFarthest))) != 7u) return false;
+  if (sign_bits(direction >= all(kShortest)) == 0) return std::abs(s.t_min) <= kLatest && std::abs(s.t_max) <= kLatest;
+  return !std::isnan(s.t_min) && !std::isnan(s.t_max);
+}
+
+// Whether the first `count` are.
+inline bool are_trusted(const SegmentColumns<kChunk>& columns, size_t count) {
+  const auto &o = columns.origin, &d = columns.direction;
+  uint32_t doubtful = 0;
+  for (size_t i = 0; i < count; ++i) {
+    const float place = std::abs(o[0][i]) + std::abs(o[1][i]) + std::abs(o[2][i]),
+                length = std::abs(d[0][i]) + std::abs(d[1][i]) + std::abs(d[2][i]);
+    const float t = columns.t_min[i] + std::abs(columns.t_max[i]);  // no number if one of them is none
+    doubtful |= !(place <= kFarthest) | !(length <= kFarthest) | !(length >= 4 * kShortest) | std::isnan(t);
   }
-  const float begin = std::abs(s.t_min), end = std::abs(s.t_max);
-  const bool numbers = (begin >= 0) & (end >= 0), early = (begin <= kLatest) & (end <= kLatest);
-  return near & numbers & (is_long | early);
+  if (doubtful == 0) return true;
+  for (size_t i = 0; i < count; ++i)
+    if (!is_trusted(segment_at(columns.view(i, 1), 0))) return false;
+  return true;
 }
 
 }  // namespace vcd

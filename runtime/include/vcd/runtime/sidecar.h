@@ -27,6 +27,7 @@
 #include <vcd/runtime/bundle.h>
 #include <vcd/runtime/look_up_policy.h>
 #include <vcd/runtime/segment_arrays.h>
+#include <vcd/runtime/version.h>
 
 namespace vcd {
 

@@ -1,12 +1,19 @@
 /* vcd in C: open a sidecar, classify segments. The same semantics as <vcd/runtime/sidecar.h>.
  *
  * Handles are opaque, const and immutable after vcd_open: any number of threads may query one at once. A vcd_object
- * lives as long as the sidecar it came from. Queries never fail, allocate or block. */
+ * lives as long as the sidecar it came from. Queries never fail, allocate or block.
+ *
+ * Structs that may grow begin with their size: sizeof the struct, or 0 for its first version, which is this one. Later
+ * versions add members at the end; no more than `size` bytes are read, and what is not there counts as 0. 0 is the
+ * default of every member, so that a struct of zeros, with what is needed filled in, does what most callers want.
+ * vcd_segment and vcd_segment_arrays never grow. */
 #ifndef VCD_RUNTIME_VCD_H
 #define VCD_RUNTIME_VCD_H
 
 #include <stddef.h>
 #include <stdint.h>
+
+#include <vcd/runtime/version.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,19 +41,24 @@ typedef struct vcd_segment {
 typedef struct vcd_sidecar vcd_sidecar;
 typedef struct vcd_object vcd_object;
 
+/* What of a file is checked before it is used. Queries are memory-safe after each of them. */
+typedef enum vcd_check {
+  VCD_CHECK_CHECKSUMS = 0, /* tables, indices, and every checksum: reads the whole file once */
+  VCD_CHECK_BOUNDS = 1,    /* tables and indices only: faster to open; damage to cells is not noticed */
+  VCD_CHECK_CANONICAL = 2  /* all that vc-verify checks of a file alone, counts of cells too: slow */
+} vcd_check;
+
 typedef struct vcd_open_options {
-  size_t size;           /* sizeof(vcd_open_options) */
-  int copy;              /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
-  int check_bounds_only; /* 0: verify every checksum; 1: tables and indices only (memory-safe, faster to open) */
-  int proven_only;    /* 1: trust proofs only; cells that are blocked by statistics alone, and all cells of objects that
-                       * were    baked by sampling, are unclassified. Options of a smaller size, without this field, count
-                       * as
-                       * 0 */
-  const char* kernel; /* what classifies arrays: a name of vcd_kernel; NULL, or a smaller size: the fastest */
+  uint32_t size;
+  int copy;           /* 0: memory-map; 1: read into memory, for storage that others may rewrite */
+  vcd_check check;    /* 0: checksums */
+  int proven_only;    /* 1: trust proofs only. Cells that are blocked by statistics alone, and all cells of objects that
+                       * were baked by sampling, are unclassified. */
+  const char* kernel; /* what classifies arrays: a name of vcd_kernel; NULL: the fastest */
 } vcd_open_options;
 
 typedef struct vcd_error {
-  size_t size;       /* sizeof(vcd_error), set by the caller */
+  uint32_t size;
   char message[500]; /* zero-terminated, cut where it does not fit */
 } vcd_error;
 
@@ -58,7 +70,7 @@ const char* vcd_kernel(size_t index);
 
 /* Opens a file. On success *sidecar must be given to vcd_close; on failure it is NULL.
  * path     zero-terminated, in the file system's encoding
- * options  NULL for the defaults (map, verify everything)
+ * options  NULL for the defaults; wrong: a size that is smaller than the first version's, a check that is none
  * error    NULL, or where the message goes */
 vcd_result vcd_open(const char* path, const vcd_open_options* options, const vcd_sidecar** sidecar, vcd_error* error);
 
@@ -97,6 +109,7 @@ void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* seg
 
 /* Segments from origin to samples corner + u[i] * edge_u + v[i] * edge_v of one light: <vcd/runtime/bundle.h>. */
 typedef struct vcd_quad_bundle {
+  uint32_t size;
   float origin[3];
   float corner[3], edge_u[3], edge_v[3];
   const float *u, *v;
@@ -105,6 +118,7 @@ typedef struct vcd_quad_bundle {
 
 /* Segments from origin to samples {x[i], y[i], z[i]} in or on a sphere. */
 typedef struct vcd_sphere_bundle {
+  uint32_t size;
   float origin[3];
   float centre[3], radius;
   const float *x, *y, *z;
@@ -122,25 +136,41 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
  * of threads at once, vcd_scene_set_transforms not beside them. */
 typedef struct vcd_scene vcd_scene;
 
+/* In an array of them all have the size of the first. */
 typedef struct vcd_instance {
+  uint32_t size;
+  uint32_t mask;                /* met by queries whose mask shares a bit with it; 0: by all */
   const vcd_object* object;     /* NULL: always left to trace; its sidecar must outlive the scene */
   float box_min[3], box_max[3]; /* that holds the mesh, in its own frame; read only where object is NULL */
-  float to_world[12];           /* row-major 3 x 4 */
-  uint32_t mask;                /* asked where it shares a bit with the query's */
+  float to_world[12];           /* row-major 3 x 4; all zero: a scale of 0, so that nothing meets it */
 } vcd_instance;
 
-/* kernel: as in vcd_open_options; NULL: the fastest. On success *scene must be given to vcd_scene_free. */
+/* What a scene does with an instance: InstanceUse in <vcd/runtime/scene.h>. */
+typedef enum vcd_instance_use {
+  VCD_INSTANCE_ASKED = 0, /* its sidecar is asked where a segment could meet its box */
+  VCD_INSTANCE_LEFT = 1,  /* every segment that could meet its box is left to trace */
+  VCD_INSTANCE_ABSENT = 2 /* no segment meets it */
+} vcd_instance_use;
+
+/* No instance is an error: see vcd_scene_use. kernel: as in vcd_open_options; NULL: the fastest. On success *scene must
+ * be given to vcd_scene_free. */
 vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const char* kernel, vcd_scene** scene,
                            vcd_error* error);
 void vcd_scene_free(vcd_scene* scene); /* NULL is fine */
 
-/* 12 floats an instance, for all of them. On failure nothing has changed. */
+/* 12 floats an instance, for all of them. On failure (out of memory) nothing has changed. */
 vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd_error* error);
+
+/* What becomes of an instance with its present transform. */
+vcd_instance_use vcd_scene_use(const vcd_scene* scene, uint32_t instance);
 
 /* Segments of an array or a bundle that could meet one instance. */
 typedef struct vcd_unclassified_segments {
+  uint32_t size; /* of the struct that the library has, which may be a later one */
   uint32_t instance;
-  /* In the object's frame, t as in the world; at most 256, readable up to a multiple of 16. */
+  int in_world; /* 0: segments are in the object's frame. 1: in the world's, as they were asked, because the instance's
+                 * transform has no inverse (it is flat, or not finite), or floats cannot hold them in the object's */
+  /* t as in the world; at most 256, readable up to a multiple of 16. */
   vcd_segment_arrays segments;
   const uint32_t* indices; /* of the same segments in the query */
   uint8_t* blocked;        /* 0 for each of them: to become 1 where the instance blocks it */
@@ -150,11 +180,13 @@ typedef void (*vcd_trace_unclassified)(void* context, const vcd_unclassified_seg
 #define VCD_NO_INSTANCE 0xFFFFFFFFu
 
 typedef struct vcd_scene_query {
-  uint32_t mask;           /* all instances: 0xFFFFFFFF */
+  uint32_t size;
+  uint32_t mask;           /* instances whose mask shares a bit with it; 0: all instances */
   const uint32_t* origins; /* the instance that each segment begins on, or VCD_NO_INSTANCE; of a bundle one; or NULL */
 } vcd_scene_query;
 
-/* The look-ups alone, of one segment in the world's frame. origin: as in vcd_scene_query. */
+/* The look-ups alone, of one segment in the world's frame. mask: as in vcd_scene_query, 0 for all instances. origin:
+ * the instance that the segment begins on, or VCD_NO_INSTANCE. */
 vcd_visibility vcd_scene_classify(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
 
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace

@@ -1,0 +1,104 @@
+// Bundles of lights that are degenerate: lines, points, as good as parallel edges, seen from their own plane or corner,
+// spheres of no radius or around the origin, and of every scale. Against exact arithmetic.
+#include <vcd/runtime/bundle.h>
+
+#include <gtest/gtest.h>
+
+#include "fuzz/odd_places.h"
+#include "support/exact_world.h"
+#include "support/files.h"
+#include "support/meshes.h"
+
+namespace vcd::test {
+namespace {
+
+constexpr Transform kStill{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
+// The cube [-1, 1]^3.
+class LightLimits : public testing::Test {
+ protected:
+  static SourceMesh wide_cube() {
+    SourceMesh mesh = cube();
+    for (auto& p : mesh.positions)
+      for (float& x : p) x = 2 * x - 1;
+    return mesh;
+  }
+
+  struct Counts {
+    uint64_t answered[2] = {};  // clear, blocked
+    uint64_t wrong = 0;
+  };
+  template <class Bundle, class Matters>
+  void ask(const Bundle& bundle, Counts& counts, const Matters& matters) const {
+    for (const Sidecar& sidecar : sidecars_) {
+      std::vector<uint64_t> blocked((bundle.size() + 63) / 64), left(blocked);
+      sidecar.object(0).classify(bundle, blocked, left);
+      for (size_t i = 0; i < bundle.size(); ++i) {
+        if ((left[i / 64] >> (i % 64) & 1) || !matters(i)) continue;
+        const bool is_blocked = blocked[i / 64] >> (i % 64) & 1;
+        ++counts.answered[is_blocked];
+        counts.wrong += is_blocked != exact_.meets(segment_of(bundle, i));
+      }
+    }
+  }
+
+  SourceMesh mesh_ = wide_cube();
+  baker::BakedObject baked_ = must_bake(mesh_, proven(kSanitized ? 3 : 4));
+  std::vector<std::byte> bytes_ = sidecar_bytes({&baked_});
+  std::vector<Sidecar> sidecars_ = [&] {
+    std::vector<Sidecar> all;
+    for (const std::string& kernel : kernels())
+      all.push_back(std::move(*Sidecar::open_buffer(bytes_, {.kernel = kernel})));
+    return all;
+  }();
+  ExactInstance exact_{mesh_, kStill};
+};
+
+constexpr auto kAll = [](size_t) { return true; };
+
+// Of two corner lines that are as good as parallel, rounding makes any normal.
+TEST_F(LightLimits, AThinLightIsNoPlane) {
+  const std::vector<float> ends = {0, 1}, crossed = {1, 0};
+  Counts counts;
+  for (float width = 1e-10f; width > 1e-16f; width *= 0.99f)
+    for (const auto* v : {&ends, &crossed}) {
+      const QuadBundle bundle{
+          {4.1f, 3.1f, -3.2f}, {-5.6f, -3.9f, 6.8f}, {-width, -0.7f * width, width}, {6.7f, -9.6f, -1.3f}, ends, *v};
+      ask(bundle, counts, kAll);
+    }
+  EXPECT_EQ(counts.wrong, 0u);
+  EXPECT_GT(counts.answered[0] + counts.answered[1], 50u);
+}
+
+// A line of light is decided as a whole like others: it is clear where the box lies beside its plane.
+TEST_F(LightLimits, ALineOfLightIsClearBesideTheBox) {
+  const std::vector<float> u = {0, 0.5f, 1, 0.3f}, v = {0, 1, 0.2f, 0.7f};
+  for (const Sidecar& sidecar : sidecars_) {
+    const QuadBundle line{{0, 3, -2}, {-3, 1.5f, 9}, {6, 0, 0}, {0, 0, 0}, u, v},
+        point{{0, 3, -2}, {0, 2, 9}, {}, {}, u, v};
+    for (const QuadBundle& bundle : {line, point}) {
+      uint64_t blocked = 0, left = 0;
+      sidecar.object(0).classify(bundle, std::span(&blocked, 1), std::span(&left, 1));
+      EXPECT_EQ(blocked | left, 0u) << sidecar.kernel();
+    }
+  }
+}
+
+TEST_F(LightLimits, NoDegenerateLightIsAnsweredWrongly) {
+  Counts quads, spheres;
+  for (uint32_t seed = 0; seed < (kSanitized ? 300u : 5000u); ++seed) {
+    uint8_t bytes[4];
+    std::memcpy(bytes, &seed, sizeof bytes);
+    fuzz::OddPlaces places(bytes);
+    const fuzz::OddLights lights(places, {{{2, 0, 0, -1}, {0, 2, 0, -1}, {0, 0, 2, -1}}});
+    ask(lights.quad, quads, kAll);
+    ask(lights.sphere, spheres, [&](size_t i) { return lights.is_inside(i); });
+  }
+  for (const Counts& counts : {quads, spheres}) {
+    EXPECT_EQ(counts.wrong, 0u);
+    for (const uint64_t n : counts.answered) EXPECT_GT(n, kSanitized ? 50u : 1000u);
+  }
+}
+
+}  // namespace
+}  // namespace vcd::test
