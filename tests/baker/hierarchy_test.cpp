@@ -154,27 +154,32 @@ TEST(Hierarchy, TakesSliversAndFans) {
   must_build(std::move(slivers));
 }
 
-// Each triangle half as large and half as far as the one before: the heuristic would cut off one after the other.
-TEST(Hierarchy, StaysWithinTheLevelsOnAnyScale) {
-  SourceMesh mesh{"scales", 0, {}, {}};
-  for (uint32_t i = 0; i < 120; ++i) {
-    const float x = std::ldexp(1.0f, 20 - static_cast<int>(i));
-    for (uint32_t k = 0; k < 17; ++k) {  // more than a leaf of each
-      const uint32_t first = static_cast<uint32_t>(mesh.positions.size());
-      mesh.positions.insert(mesh.positions.end(), {{x, 0, x * static_cast<float>(k)}, {1.5f * x, 0, 0}, {x, x / 2, 0}});
+// Heaps of triangles, each so much smaller and nearer to the origin than the one before that the heuristic cuts off one
+// after the other; the last one can only be halved, 13 times. (Areas of the small ones are 0 in floats.)
+SourceMesh heaps(int exponent) {
+  SourceMesh mesh{"heaps", 0, {}, {}};
+  for (; exponent > -120; exponent -= exponent > -72 ? 3 : 4) {
+    const float x = std::ldexp(1.0f, exponent);
+    for (uint32_t k = 0; k < (exponent <= -116 ? 8192 : 400); ++k) {
+      // All of a heap have one box.
+      const auto first = static_cast<uint32_t>(mesh.positions.size());
+      const float y = x * (1 + static_cast<float>(k % 64) / 64), z = x * (1 + static_cast<float>(k / 64) / 128);
+      mesh.positions.insert(mesh.positions.end(), {{x, x, x}, {2 * x, 2 * x, 2 * x}, {x, y, z + x / 256}});
       mesh.triangles.push_back({first, first + 1, first + 2});
     }
   }
-  const PreparedMesh prepared = *prepare(std::move(mesh));
-  Stop never({});
-  const BinaryTree tree = build_binary_tree(prepared, never);
+  return mesh;
+}
+
+TEST(Hierarchy, StaysWithinTheLevelsOnAnyScale) {
+  const std::function<bool()> no_stop;
+  Stop never(no_stop);
+  const BinaryTree tree = build_binary_tree(*prepare(heaps(50)), never);
   std::vector<uint32_t> depth(tree.nodes.size());
   for (uint32_t i = 0; i < tree.nodes.size(); ++i)
     if (!tree.is_leaf(i)) depth[tree.left(i)] = depth[tree.right(i)] = depth[i] + 1;
-  const uint32_t deepest = *std::ranges::max_element(depth);
-  EXPECT_GT(deepest, 40u) << "the mesh is not as hard as it was meant";
-  EXPECT_LE(deepest, kMostLevels);
-  must_build(prepared);
+  EXPECT_EQ(*std::ranges::max_element(depth), kMostLevels) << "more: too deep; fewer: the mesh is too easy";
+  must_build(heaps(38));
 }
 
 TEST(Hierarchy, IsOfMeshesWithinTheLimitsOnly) {

@@ -1,6 +1,8 @@
 // read_sidecar() on any bytes, at all levels and alignments.
 #include <algorithm>
+#include <bit>
 #include <cstring>
+#include <iterator>
 #include <memory>
 #include <new>
 #include <vector>
@@ -41,10 +43,26 @@ uint32_t look_around(const ObjectContents& object) {
   return sum;
 }
 
+// What a query could read: everything below a node.
+uint32_t look_through(const HierarchyView& hierarchy, uint32_t unit) {
+  uint32_t sum = 0;
+  for (const uint32_t child : hierarchy.node(unit).child) {
+    if (child == kNoChild) break;
+    sum += !(child & kLeafChild) ? look_through(hierarchy, child) : with_leaf(hierarchy, child, [](const auto& leaf) {
+      uint32_t bits = leaf.present;
+      for (const auto& corners : leaf.corner)
+        for (const uint8_t c : corners) bits += std::bit_cast<uint32_t>(leaf.vertex[0][c % std::size(leaf.vertex[0])]);
+      return bits;
+    });
+  }
+  return sum;
+}
+
 void use(Bytes file, const SidecarContents& contents, CheckLevel level) {
   volatile uint32_t sum = 0;
   for (const ObjectContents& object : contents.objects) {
     sum = sum + look_around(object) + static_cast<uint32_t>(object.name.size());
+    if (object.hierarchy) sum = sum + look_through(object.hierarchy, kRootUnit);
     for (const std::byte b : object.geometry) sum = sum + static_cast<uint32_t>(b);
   }
   for (const auto& [key, value] : contents.provenance) sum = sum + static_cast<uint32_t>(key.size() + value.size());

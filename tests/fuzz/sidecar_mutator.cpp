@@ -30,6 +30,7 @@ class Mutation {
     switch (section.entry.type) {
       case kSectionObjects: return bend_in_place(section.logical);
       case kSectionTree: return below(8) == 0 ? bend_in_place(section.logical) : bend_tree(section);
+      case kSectionHierarchy: return below(2) ? bend_in_place(section.logical) : bend_hierarchy(section.logical);
       default: return below(2) ? bend_in_place(section.logical) : bend_freely(section.logical, 64);
     }
   }
@@ -80,6 +81,13 @@ class Mutation {
     }
   }
 
+  // A word becomes one that a child may be.
+  void bend_hierarchy(Buffer& bytes) {
+    constexpr uint32_t kFlags[] = {0, kLeafChild, kLeafChild | kLargeChild};
+    const auto child = static_cast<uint32_t>(below(bytes.size() / kUnitBytes + 1)) | kFlags[below(std::size(kFlags))];
+    if (bytes.size() >= 4) std::memcpy(bytes.data() + 4 * below(bytes.size() / 4), &child, 4);
+  }
+
   void bend_table() {
     auto& sections = sidecar_.sections;
     if (sections.empty() || below(4) == 0) return bend_in_place_as_bytes(sidecar_.header.version_minor);
@@ -89,7 +97,7 @@ class Mutation {
       case 1: sections.erase(sections.begin() + static_cast<std::ptrdiff_t>(at)); break;
       case 2: std::swap(sections[at], sections[below(sections.size())]); break;
       case 3: sections[at].entry.storage ^= 1; break;
-      case 4: sections[at].entry.alignment ^= 8 ^ 4096; break;
+      case 4: sections[at].entry.alignment ^= below(2) ? 8 ^ 4096 : 8 ^ 64; break;
       default: bend_in_place_as_bytes(sections[at].entry); break;
     }
   }

@@ -137,6 +137,23 @@ class Bake(Case):
         self.assertIn("would not pay", self.run_program("vc-info", f"{mesh}.vcd").stdout)
         self.run_program("vc-verify", f"{mesh}.vcd", "--against", mesh, "--lines", 9000)
 
+    def test_the_hierarchy_is_there_unless_it_is_unwanted_or_too_large(self):
+        mesh = self.mesh()
+        self.run_program("vc-bake", mesh, "--depth", 2, "--audit", 0)
+        hierarchy = self.info(f"{mesh}.vcd")[0]["hierarchy"]
+        self.assertGreater(hierarchy["nodes"], 0)
+        self.assertIn("bytes a triangle", self.run_program("vc-info", f"{mesh}.vcd").stdout)
+        self.run_program("vc-info", f"{mesh}.vcd", "--repack", self.folder / "ship.vcd", "--storage", "ship")
+        self.assertEqual(self.info(self.folder / "ship.vcd")[0]["hierarchy"], hierarchy)
+        self.run_program("vc-verify", self.folder / "ship.vcd", "--against", mesh, "--lines", 9000)
+        self.run_program("vc-bake", mesh, "--depth", 2, "--audit", 0, "--no-hierarchy")
+        self.assertIsNone(self.info(f"{mesh}.vcd")[0]["hierarchy"])
+        large = self.folder / "large.obj"
+        large.write_text(soup(3000))
+        done = self.run_program("vc-bake", large, "--depth", 2, "--audit", 0, "--budget-mb", 0.05)
+        self.assertIn("has no hierarchy", done.stderr)
+        self.assertIsNone(self.info(f"{large}.vcd")[0]["hierarchy"])
+
     def test_output_file_and_folder(self):
         mesh, other = self.mesh(), self.mesh("other.obj")
         self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "x.vcd")

@@ -32,8 +32,9 @@ class Comparison {
   bool is_good_below(uint32_t unit) {
     for (const uint32_t child : hierarchy_.node(unit).child) {
       if (child == kNoChild) break;
-      const bool good = child & kLeafChild ? with_leaf(hierarchy_, child, [&](const auto& l) { return is_good(l, child); })
-                                      : is_good_below(child);
+      const bool good = child & kLeafChild
+                            ? with_leaf(hierarchy_, child, [&](const auto& l) { return is_good(l, child); })
+                            : is_good_below(child);
       if (!good) return false;
     }
     return true;
