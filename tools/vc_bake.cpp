@@ -280,10 +280,10 @@ void add_run_options(CLI::App& app, Options& options) {
       ->check(NumberRange(0.0, 1e9));
   app.add_flag(
       "--update", options.update,
-      "Leave alone what is up to date: sidecars of the same content, settings and baker. Times of files do not count");
-  app.add_flag(
-      "--resume", options.resume,
-      "Go on with a run that was killed: --update, and what failed according to its --events is not tried again");
+      "Leave sidecars alone that are up to date: same content, settings and baker. Times of files do not count");
+  app.add_flag("--resume", options.resume,
+               "Go on with a run that was killed: as --update, and assets that failed according to its --events are "
+               "not tried again");
   app.add_flag("--fail-fast", options.fail_fast, "Stop when an asset fails (default: the others are baked)");
   app.add_flag("-v,--verbose", options.verbose, "Print the whole summary of each asset, not one line");
   app.add_flag("--dry-run", options.dry_run, "Only say what would be baked, and why");
@@ -293,10 +293,10 @@ void add_run_options(CLI::App& app, Options& options) {
   app.add_option("--cache", options.cache,
                  "Folder of baked objects, found by their geometry and settings; may be shared")
       ->type_name("DIR");
-  app.add_option("--report", options.report, "Write what came of the run to NAME.json and, as a page, to NAME.html")
+  app.add_option("--report", options.report, "Write the results of the run to NAME.json and, as a page, to NAME.html")
       ->type_name("NAME");
   app.add_option("--events", options.events,
-                 "Write what happens as it happens, a JSON object a line; -: standard output")
+                 "Write each event as it happens, a JSON object a line; -: to standard output")
       ->type_name("FILE");
   auto* const depfile =
       app.add_option(
@@ -315,8 +315,9 @@ void add_run_options(CLI::App& app, Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Bakes visibility sidecars: for each mesh file a .vcd file that says which lines through each object's\n"
-      "box are blocked by it and which are clear."};
+      "Bakes visibility sidecars. For each mesh file it writes a .vcd file, which says of the lines through an "
+      "object's box\n"
+      "which are blocked by the object and which are clear."};
   add_asset_request(app, options.request);
   app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
   add_settings(app, options.request.settings);

@@ -136,11 +136,10 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Shows what .vcd sidecars hold, or rewrites one with another storage."};
+  CLI::App app{"Shows what .vcd sidecars hold, or writes one again with another storage."};
   app.add_option("files", options.files, "Sidecars; @FILE: a list of them")->required()->type_name("SIDECAR...");
   app.add_flag("--sections", options.sections, "List the sections too");
-  app.add_option("--repack", options.repack,
-                 "Write the sidecar's content to this file, in the storage that --storage names")
+  app.add_option("--repack", options.repack, "Write the sidecar's content to this file, stored as --storage says")
       ->type_name("PATH");
   for (const library::Setting& setting : library::settings_table())
     if (setting.name == "storage") add_setting(app, options.settings, setting);

@@ -122,26 +122,26 @@ void add_options(CLI::App& app, Options& options) {
       ->type_name("SIDECAR...");
   auto* const against =
       app.add_option("--against", check.against, "The mesh file that the sidecars were baked from")->type_name("MESH");
-  app.add_option(
-         "--against-library", options.run.against_libraries,
-         "Folder of assets (repeatable): each sidecar is held against the mesh below it with the same geometry,\n"
-         "whatever the names; and each mesh must have a sidecar")
+  app.add_option("--against-library", options.run.against_libraries,
+                 "Folder of assets, again for each folder. Each sidecar is checked against the mesh below it that has "
+                 "the same\n"
+                 "geometry, whatever its name; and each mesh must have a sidecar")
       ->type_name("DIR")
       ->allow_extra_args(false)
       ->excludes(against);
   app.add_option("--allow", options.allowed,
-                 "What to warn of instead of failing, with commas: findings of a library, see below")
+                 "Findings of a library, with commas, that are warnings and no errors; see below")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(CLI::IsMember({"orphaned", "missing", "unreadable-asset", "mesh-unreadable"}).description(""))
       ->type_name("orphaned|missing|unreadable-asset|mesh-unreadable");
   app.add_option("-j,--threads", options.run.threads,
-                 "Files at a time, and threads in all; 0: all processors (default). Each file at work is in memory. "
-                 "The output\n"
-                 "does not depend on it")
+                 "Files to check at a time, and threads in all; 0: all processors (default). Each of these files is in "
+                 "memory.\n"
+                 "The output does not depend on it")
       ->check(CLI::Range(0, 1024));
   app.add_option("--lines", check.audit.lines,
-                 "Fresh lines to ask and trace, a third of them aimed at the mesh (default: 1000000)")
+                 "Fresh lines to check, a third of them aimed at the mesh (default: 1000000)")
       ->check(CLI::Range(9, 2000000000));
   app.add_option("--seed", check.audit.seed, "Seed of the fresh lines (default: 1)");
   app.add_option("--keep", check.audit.keep,
@@ -149,34 +149,35 @@ void add_options(CLI::App& app, Options& options) {
   app.add_option("--max-wrong", check.max_wrong,
                  "Largest share of wrong answers to accept (default: 0.1, 0.02, 0.005 for 16, 81, 256 samples; hybrid: "
                  "0.001).\n"
-                 "Refused is what has more with 95 % confidence, so more lines tell closer.\n"
+                 "An object fails if its share is larger with 95 % confidence, so more lines find more.\n"
                  "A wrong proven answer is never accepted")
       ->check(NumberRange(0.0, 1.0));
   app.add_flag("--allow-outside-files", check.ingest.files_outside,
                "Let a mesh file name files that are not in its folder or below it; for trusted files only");
-  app.add_option("--segment", options.segment, "Ask and trace this one segment: ox,oy,oz,t_min,dx,dy,dz,t_max");
+  app.add_option("--segment", options.segment, "Check this one segment instead: ox,oy,oz,t_min,dx,dy,dz,t_max");
   app.add_option("--sarif", options.sarif, "Write a SARIF 2.1.0 report, too")->type_name("PATH");
   app.add_option("--junit", options.junit, "Write a JUnit XML report, too")->type_name("PATH");
   app.add_flag("--list-findings", options.list_findings, "Print the table of everything that can be found, and stop");
 }
 
 constexpr const char* kLibraryHelp = R"(Against a library:
-  stale      a sidecar without a mesh of its geometry, whose asset is there: by path (X.vcd beside X, or
-             at the same place below its own folder), else by the file name in its provenance. Code 8
-  orphaned   likewise, and no asset has its name. Code 7
-  missing    an asset with a mesh whose geometry no sidecar has. Code 7
-  unusable-asset, misnamed: warnings. unreadable-asset: nobody knows whether it lacks a sidecar;
-  mesh-unreadable: or whether a sidecar is stale. Code 2 or 4
-An asset may be both missing and what a sidecar is stale against; several of one geometry are fine.)";
+  stale      no mesh has the sidecar's geometry, but its asset is there: found by path (X.vcd beside X, or at the same
+             place below its own folder), else by the file name in its provenance. Code 8
+  orphaned   no mesh has the sidecar's geometry, and no asset its name. Code 7
+  missing    no sidecar has the geometry of a mesh of the asset. Code 7
+  unreadable-asset   the asset cannot be read, so it may lack a sidecar. Code 2 or 4
+  mesh-unreadable    the sidecar's asset cannot be read, so the sidecar may be stale. Code 2 or 4
+  unusable-asset, misnamed   warnings
+If a mesh has changed, its asset is missing a sidecar and the old sidecar is stale. Several assets may have one geometry.)";
 
 }  // namespace
 
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Checks .vcd sidecars: first the file, byte by byte; then, with --against, --against-library or embedded "
-      "geometry,\n"
-      "that it belongs to the mesh, and its answers against traced rays."};
+      "Checks .vcd sidecars. First the file, byte by byte. Then, if there is a mesh (--against, --against-library or "
+      "embedded\n"
+      "geometry), whether the sidecar belongs to it, and its answers against exact arithmetic."};
   add_options(app, options);
   add_common_options(app, options.common);
   app.footer(kLibraryHelp + std::string("\n\n") + app.get_footer());

@@ -145,8 +145,10 @@ int run_all(const Options& options, const std::string& command) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Measures sidecars against Embree on this machine. Without a subcommand: the paper's scenes and tables, and a\n"
-      "report of speed against accuracy; what is measured is kept, and the same command goes on where it stopped."};
+      "Measures sidecars against Embree on this machine. Without a subcommand it measures the paper's scenes, and "
+      "writes\n"
+      "its tables and a report of speed against accuracy. Results are kept: the same command goes on where it "
+      "stopped."};
   app.require_subcommand(0, 1);
   app.fallthrough();  // the options of all may come after the subcommand too
   add_common_options(app, options.common);

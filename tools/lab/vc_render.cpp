@@ -313,14 +313,15 @@ std::string check(Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights, with\n"
-      "shadow rays answered by Embree (bvh), by sidecars with Embree for what they leave open (vcd), or both."};
+      "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights. Shadow "
+      "rays\n"
+      "are answered by Embree (bvh), by sidecars and Embree for rays that stay unclassified (vcd), or by each (both)."};
   app.add_option("scene", options.names, "A generated scene, or mesh files")
       ->required()
       ->type_name("sierpinski|hairball|forest|MESH...");
   const std::map<std::string, Shadows> kShadows = {
       {"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
-  app.add_option("--shadows", options.shadows, "Who answers (default: vcd)")
+  app.add_option("--shadows", options.shadows, "What answers shadow rays (default: vcd)")
       ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
       ->type_name("bvh|vcd|both");
   app.add_option("--views", options.views,
@@ -345,7 +346,7 @@ int main(int argc, char** argv) {
   app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")
       ->check(CLI::PositiveNumber);
   app.add_option("--sidecar", options.sidecars,
-                 "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else baked on the spot)")
+                 "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else one is baked on the spot)")
       ->allow_extra_args(false)
       ->type_name("SIDECAR");
   app.add_option("-d,--depth", options.settings.depth, "Depth of a sidecar that is baked on the spot (default: 5)")

@@ -35,25 +35,24 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::word,
      .member = &BakeSettings::depth,
-     .help =
-         "Levels of the octree, 1 to 8: each costs five to twelve times more; auto: the deepest that pays (default)",
+     .help = "Levels of the octree, 1 to 8. Each level costs five to twelve times more. auto: the deepest that pays "
+             "(default)",
      .words = kDepths},
     {.name = "method",
      .letter = 'm',
      .scope = Scope::object,
      .form = Form::word,
      .member = &BakeSettings::method,
-     .help = "proven: clear and blocked are proofs; hybrid: and a statistical tier at the deepest level, kept apart\n"
-             "(default); sampled: the paper's, statistics alone",
+     .help = "proven: clear and blocked are proofs. hybrid: also cells that are blocked by statistics, kept apart from "
+             "the proofs\n(default). sampled: statistics alone, as in the paper",
      .words = kMethods},
     {.name = "samples",
      .letter = 's',
      .scope = Scope::object,
      .form = Form::number,
      .member = &BakeSettings::samples,
-     .help =
-         "Rays a cell of --method sampled (default: 256), or of the statistical tier of --method hybrid, 81 or 256\n"
-         "(default: 256, or 81 where proofs of blocked hardly ever succeed, as in foliage)",
+     .help = "Sample rays a cell. --method sampled: 16, 81 or 256 (default: 256). --method hybrid, where a proof is "
+             "missing: 81 or\n256 (default: 256; 81 where few cells are proven blocked, as in foliage)",
      .words = kSamples,
      .zero_is_none = true},
     {.name = "budget-mb",
@@ -61,8 +60,8 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::number,
      .member = &BakeSettings::budget_mb,
-     .help =
-         "MiB that the sidecar of each object may take: depth, then promises are given up (default: 4, for auto only)",
+     .help = "Most MiB that the sidecar of an object may take. First a lower depth is picked, then classes of cells "
+             "are given up\n(default: 4 with --depth auto, else none)",
      .least = 0.02,
      .most = 1e6,
      .zero_is_none = true},
@@ -71,8 +70,8 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::number,
      .member = &BakeSettings::budget_seconds,
-     .help = "Wall time that each object may take, from mesh to file; what is not classified by then stays\n"
-             "unclassified, and the result depends on the machine (default: none)",
+     .help = "Most seconds that an object may take, from mesh to file. Cells without a class by then stay "
+             "unclassified, so the\nresult depends on the machine (default: none)",
      .least = 0.1,
      .most = 1e9,
      .zero_is_none = true},
@@ -88,15 +87,14 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::number,
      .member = &BakeSettings::audit_lines,
-     .help =
-         "Fresh lines to ask and trace after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)",
+     .help = "Fresh lines to check after each bake, a third of them aimed at the mesh; 0: none (default: 1000000)",
      .most = 2e9},
     {.name = "storage",
      .letter = 0,
      .scope = Scope::file,
      .form = Form::word,
      .member = &BakeSettings::storage,
-     .help = "raw: to be mapped and rendered from (default); ship: compressed",
+     .help = "raw: renderers map the file as it is (default). ship: compressed",
      .words = kStorages},
     {.name = "no-hierarchy",
      .letter = 0,
@@ -111,27 +109,29 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::flag,
      .member = &BakeSettings::embed_geometry,
-     .help = "Add the welded triangles, so that vc-verify can trace without the mesh file"},
+     .help = "Store the welded triangles too, so that vc-verify needs no mesh file"},
     {.name = "all-as-opaque",
      .letter = 0,
      .scope = Scope::asset,
      .form = Form::flag,
      .member = &BakeSettings::all_as_opaque,
-     .help = "Bake alpha-masked, blended, transmissive, skinned and morphed parts too, as they stand"},
+     .help = "Take parts that are alpha-masked, blended, transmissive, skinned or morphed too, as if they were opaque "
+             "and rigid"},
     {.name = "shift",
      .letter = 0,
      .scope = Scope::asset,
      .form = Form::point,
      .member = &BakeSettings::shift,
-     .help = "Subtract x,y,z from all coordinates before they are rounded to 32-bit floats, for meshes far from their "
-             "origin;\nrecorded in the sidecar (default: 0,0,0)",
+     .help = "Subtract x,y,z from all coordinates before they are rounded to 32-bit floats. For meshes far from their "
+             "origin; the\nsidecar records it (default: 0,0,0)",
      .zero_is_none = true},
     {.name = "allow-rounding",
      .letter = 0,
      .scope = Scope::asset,
      .form = Form::flag,
      .member = &BakeSettings::allow_rounding,
-     .help = "Bake a mesh even if 32-bit floats move its coordinates by more than a thousandth of its extent",
+     .help =
+         "Take a mesh even if rounding to 32-bit floats moves its coordinates by more than a thousandth of its size",
      .zero_is_none = true},
     {.name = "allow-outside-files",
      .letter = 0,

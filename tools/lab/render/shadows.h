@@ -1,4 +1,5 @@
-// Which shadow rays of a bundle are blocked: by Embree alone, or by sidecars with Embree for what they leave open.
+// Which shadow rays of a bundle are blocked: by Embree alone, or by sidecars with Embree for what they leave
+// unclassified.
 #pragma once
 
 #include <array>
@@ -48,7 +49,7 @@ Scene scene_of(const World& world, std::span<const Object> objects);
 // How to answer shadow rays, by where they begin.
 struct ShadowWays {
   std::array<EmbreeQuery, 3> traced = {EmbreeQuery{1}, EmbreeQuery{1}, EmbreeQuery{1}};  // what is not looked up
-  std::array<EmbreeQuery, 3> left = traced;                                              // what look-ups leave open
+  std::array<EmbreeQuery, 3> left = traced;  // what look-ups leave unclassified
   LookUpPolicy policy{LookUpPolicy::Use::always, LookUpPolicy::Use::always, LookUpPolicy::Use::always};
 
   ShadowWays() = default;
@@ -68,8 +69,8 @@ class BvhShadows : public ShadowCaster {
   ShadowWays ways_;
 };
 
-// Sidecars first, where the policy says so; Embree for what they leave open: of one object as if there were no sidecar,
-// in a scene of instances object by object.
+// Sidecars first, where the policy says so; Embree for what they leave unclassified: of one object as if there were no
+// sidecar, in a scene of instances object by object.
 class SidecarShadows : public ShadowCaster {
  public:
   // objects[i] answers for world.objects[i].
