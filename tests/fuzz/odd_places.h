@@ -71,7 +71,10 @@ class OddPlaces {
     if (kind == 7)
       for (float& x : t.rows[a]) x *= f;
     if (kind == 8) each_row([&](auto& row) { row[a] = 0; });
-    if (kind == 9) each_row([&](auto& row) { row[a] = row[b]; });
+    if (kind == 9) {  // singular, or nearly
+      const float nearly = one_in(2) ? 0 : std::exp2(between(-24, -8));
+      each_row([&](auto& row) { row[a] = row[b] + nearly * row[a]; });
+    }
     if (kind == 10) each_row([&](auto& row) { row[a] += f * row[b]; });  // sheared
     if (kind == 11)
       each_row([&](auto& row) {

@@ -152,6 +152,43 @@ TEST_F(EmbreeScene, SingleRays) {
   EXPECT_GT(blocked, segments_.size() / 10);
 }
 
+// A tree that is flattened to its picture on the ground casts a shadow where the caller has a hierarchy for it.
+TEST_F(EmbreeScene, FlatInstancesAreTracedInTheWorld) {
+  for (auto& instance : instances_) instance.mask = 1;
+  for (float& x : instances_[0].to_world.rows[1]) x = 0;
+  instances_[0].mask = 2;
+  const auto scene = Scene::build(instances_);
+  SourceMesh flat = sphere();
+  for (auto& p : flat.positions) {
+    const auto q = p;
+    for (size_t a = 0; a < 3; ++a) {
+      const auto& row = instances_[0].to_world.rows[a];
+      p[a] = row[0] * q[0] + row[1] * q[1] + row[2] * q[2] + row[3];
+    }
+  }
+  const Tracer tracer = trace(flat);
+  std::vector<RTCScene> in_world(instances_.size());
+  in_world[0] = tracer.scene();
+  const SceneQuery query{2, {}};
+  const EmbreeInstances without{hierarchies_}, with{hierarchies_, {}, in_world};
+  const std::span<const Segment> segments = std::span(segments_).first(kSanitized ? 320 : 3200);
+  std::vector<uint64_t> none(segments.size() / 64), blocked(none);
+  scene->occluded(segments, none, without, query);
+  scene->occluded(segments, blocked, with, query);
+  size_t wrong = 0, shadowed = 0;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    EXPECT_EQ(none[i / 64] >> (i % 64) & 1, 0u);
+    const bool truth = tracer.occluded(segments[i]);
+    RTCRay ray = to_ray(segments[i]);
+    occluded1(*scene, with, &ray, query);
+    wrong += truth != (blocked[i / 64] >> (i % 64) & 1);
+    wrong += truth != (ray.tfar < 0);
+    shadowed += truth;
+  }
+  EXPECT_LE(wrong, segments.size() / 1000);
+  EXPECT_GT(shadowed, 10u);
+}
+
 TEST_F(EmbreeScene, Packets) {
   FloatRandom random(9);
   const auto all = [&]<class Rays>(const Rays&) {

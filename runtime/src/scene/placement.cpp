@@ -48,7 +48,7 @@ constexpr double kFarthestCentre = 0x1p100;
 constexpr double kFarthestInGrid = 0x1p90;
 
 // Nothing if the inverse is not known to the precision of floats: spec/proofs.md, "Scenes". Cofactors are rounded once,
-// for products of two floats are exact in doubles; so is the difference from the centre to the translation.
+// for products of two floats are exact in doubles.
 std::optional<ToGrid> to_grid_of(const Affine& a, const SceneInstance& instance, const double (&centre)[3]) {
   double determinant = 0, most = 0;
   for (size_t j = 0; j < 3; ++j) {

@@ -22,6 +22,7 @@ void Scene::State::set(std::span<const Transform> to_world) {
   has_hierarchies = true;
   for (size_t i = 0; i < placed.size(); ++i) {
     const Placed& one = placed[i];
+    instances[i].to_world = to_world[i];
     data.to_grid[i] = one.to_grid;
     data.masks[i] = one.absent ? 0 : instances[i].mask;  // so that nobody asks
     has_hierarchies &= one.absent || (data.sidecars[i] && data.sidecars[i]->traced.view);

@@ -4,9 +4,10 @@
  * lives as long as the sidecar it came from. Queries never fail, allocate or block.
  *
  * Structs that may grow begin with their size: sizeof the struct, or 0 for its first version, which is this one. Later
- * versions add members at the end; no more than `size` bytes are read, and what is not there counts as 0. 0 is the
- * default of every member, so that a struct of zeros, with what is needed filled in, does what most callers want.
- * vcd_segment and vcd_segment_arrays never grow. */
+ * versions add members at the end; no more than `size` bytes are read, and what is not there counts as 0. A size below
+ * the first version's is VCD_ERROR_USAGE, and asserted where a function has no result. 0 is the default of every
+ * member, so that a struct of zeros, with what is needed filled in, does what most callers want. vcd_segment and
+ * vcd_segment_arrays never grow. */
 #ifndef VCD_RUNTIME_VCD_H
 #define VCD_RUNTIME_VCD_H
 
