@@ -152,6 +152,27 @@ class Bench {
              for (const Bundle& b : rays.bundles)
                scene_.occluded(quad_of(world_, b), blocked, EmbreeInstances{hierarchies_, fallback}, query_of(b));
            }});
+    if (scene_.has_hierarchies()) {
+      variants.push_back({"hierarchies, single calls", [&] {
+                            uint64_t blocked = 0;
+                            for (size_t i = 0; i < rays.segments.size(); ++i)
+                              blocked += scene_.occluded(rays.segments[i], query(rays, i, 1));
+                            sink_ = blocked;
+                          }});
+      variants.push_back({"hierarchies, arrays", [&] {
+                            uint64_t blocked[kArray / 64];
+                            rays.in_parts([&](size_t first, size_t count) {
+                              scene_.occluded(std::span(rays.segments).subspan(first, count), blocked,
+                                              query(rays, first, count));
+                            });
+                          }});
+      if (!rays.bundles.empty())
+        variants.push_back({"hierarchies, bundles", [&] {
+                              uint64_t blocked[kMaxBundle / 64];
+                              for (const Bundle& b : rays.bundles)
+                                scene_.occluded(quad_of(world_, b), blocked, query_of(b));
+                            }});
+    }
     const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
     const auto at = timings.begin() + static_cast<std::ptrdiff_t>(first_vcd);
     result.embree.assign(timings.begin(), at);

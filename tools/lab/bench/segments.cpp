@@ -8,6 +8,7 @@
 #include <embree3/rtcore.h>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/referee.h>
 #include <vcd/runtime/embree.h>
 #include <vcd/runtime/sidecar.h>
 
@@ -38,8 +39,10 @@ constexpr size_t kArray = 1024;  // segments of one call, as a renderer with a b
 
 // One set of segments, each way through it timed: Embree's; look-ups alone; look-ups with Embree for what they leave.
 struct Comparison {
-  uint64_t segments = 0, answered = 0, blocked_bvh = 0, blocked_both = 0, wrong = 0;
-  std::vector<Timing> embree, look_ups, wholes;
+  uint64_t segments = 0, answered = 0, blocked_bvh = 0, blocked_both = 0, differ = 0;
+  // In exact arithmetic, of the first `judged` segments: wrong answers of Embree's, and of the hierarchy's.
+  uint64_t judged = 0, wrong_embree = 0, wrong_alone = 0;
+  std::vector<Timing> embree, look_ups, wholes, alone;
 
   static const Timing& fastest(const std::vector<Timing>& timings) {
     return *std::min_element(timings.begin(), timings.end(),
@@ -67,17 +70,23 @@ class Columns {
   std::vector<float> values_;
 };
 
-// One object, opened once for each kernel; those of `kernels` live as long as this.
+// One object, opened once for each kernel; those of `kernels` live as long as this. With a hierarchy also for the ways
+// to be asked without a fallback.
 struct Opened {
   std::vector<std::string> names;
   std::vector<Sidecar> sidecars;
+  struct Alone {
+    std::string name;
+    Sidecar sidecar;
+  };
+  std::vector<Alone> alone;
   size_t object;
 };
 
 class Bench {
  public:
-  Bench(const Opened& opened, RTCScene scene, int repetitions)
-      : opened_(opened), scene_(scene), repetitions_(repetitions) {}
+  Bench(const Opened& opened, const PreparedMesh& mesh, RTCScene scene, int repetitions)
+      : opened_(opened), scene_(scene), referee_(mesh), repetitions_(repetitions) {}
 
   // fallback: the packets for what look-ups of arrays leave open; chosen on other segments than these.
   // bundles: the same segments in the same order, or nothing.
@@ -93,6 +102,7 @@ class Bench {
   }
 
  private:
+  void judge(const std::vector<Segment>& segments, Comparison& result) const;
   Object object(size_t kernel) const { return opened_.sidecars[kernel].object(opened_.object); }
 
   Variant traced(EmbreeQuery way, const std::vector<Segment>& segments) const {
@@ -110,8 +120,21 @@ class Bench {
 
   const Opened& opened_;
   RTCScene scene_;
+  Referee referee_;
   int repetitions_;
 };
+
+void Bench::judge(const std::vector<Segment>& segments, Comparison& result) const {
+  const auto some = std::span(segments).first(std::min<size_t>(segments.size(), 100'000));
+  std::vector<uint8_t> truth(some.size());
+  referee_.occluded(some, truth);
+  result.judged = some.size();
+  const Object object = opened_.alone.front().sidecar.object(opened_.object);
+  for (size_t i = 0; i < some.size(); ++i) {
+    result.wrong_embree += occluded_by_bvh(scene_, some[i]) != (truth[i] != 0);
+    result.wrong_alone += object.occluded(some[i]) != (truth[i] != 0);
+  }
+}
 
 Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fallback,
                           std::span<const QuadBundle> bundles) const {
@@ -125,9 +148,10 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
     result.answered += answer != Visibility::unclassified;
     result.blocked_bvh += by_bvh;
     result.blocked_both += combined;
-    result.wrong += by_bvh != combined;
+    result.differ += by_bvh != combined;
   }
 
+  if (!opened_.alone.empty()) judge(segments, result);
   std::vector<Variant> variants;
   for (const EmbreeQuery& way : all_packets(false)) variants.push_back(traced(way, segments));
   const size_t first_look_up = variants.size();
@@ -212,6 +236,25 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
            }
          }});
   }
+  const size_t first_alone = variants.size();
+  for (const Opened::Alone& way : opened_.alone) {
+    const Object object = way.sidecar.object(opened_.object);
+    variants.push_back({way.name + ", single calls", [&, object] {
+                          uint64_t sum = 0;
+                          for (const Segment& s : segments) sum += object.occluded(s);
+                          sink = sum;
+                        }});
+    variants.push_back({way.name + ", arrays", [&, object] {
+                          uint64_t blocked[kArray / 64];
+                          in_parts(segments,
+                                   [&](std::span<const Segment> array, size_t) { object.occluded(array, blocked); });
+                        }});
+    if (!bundles.empty())
+      variants.push_back({way.name + ", bundles", [&, object] {
+                            uint64_t blocked[kLightSamples / 64];
+                            for (const QuadBundle& bundle : bundles) object.occluded(bundle, blocked);
+                          }});
+  }
   const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
   const auto part = [&](size_t from, size_t to) {
     return std::vector<Timing>(timings.begin() + static_cast<std::ptrdiff_t>(from),
@@ -219,7 +262,8 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
   };
   result.embree = part(0, first_look_up);
   result.look_ups = part(first_look_up, first_whole);
-  result.wholes = part(first_whole, timings.size());
+  result.wholes = part(first_whole, first_alone);
+  result.alone = part(first_alone, timings.size());
   return result;
 }
 
@@ -241,11 +285,15 @@ Json describe(const Comparison& c) {
           {"answered", c.answered},
           {"blocked_by_bvh", c.blocked_bvh},
           {"blocked_with_sidecar", c.blocked_both},
-          {"wrong", c.wrong},
+          {"differ", c.differ},
+          {"judged", c.judged},
+          {"wrong_embree", c.wrong_embree},
+          {"wrong_hierarchy", c.wrong_alone},
           {"best_embree", Comparison::fastest(c.embree).name},
           {"embree", describe(c.embree, c)},
           {"look_ups", describe(c.look_ups, c)},
-          {"with_sidecar", describe(c.wholes, c)}};
+          {"with_sidecar", describe(c.wholes, c)},
+          {"without_fallback", describe(c.alone, c)}};
 }
 
 void print(const char* what, const Comparison& c) {
@@ -253,9 +301,13 @@ void print(const char* what, const Comparison& c) {
   std::printf("%s: %llu segments\n", what, static_cast<unsigned long long>(c.segments));
   std::printf(
       "  blocked by the BVH %.4f %%, with the sidecar %.4f %%; %.4f %% of all answers differ; %.1f %% need no BVH\n",
-      percent(c.blocked_bvh), percent(c.blocked_both), percent(c.wrong), percent(c.answered));
+      percent(c.blocked_bvh), percent(c.blocked_both), percent(c.differ), percent(c.answered));
+  if (c.judged > 0)
+    std::printf("  in exact arithmetic, of %llu: Embree wrong %llu times, the hierarchy %llu times\n",
+                static_cast<unsigned long long>(c.judged), static_cast<unsigned long long>(c.wrong_embree),
+                static_cast<unsigned long long>(c.wrong_alone));
   const double best = Comparison::fastest(c.embree).median, scale = 1e9 / static_cast<double>(c.segments);
-  for (const auto* group : {&c.embree, &c.look_ups, &c.wholes})
+  for (const auto* group : {&c.embree, &c.look_ups, &c.wholes, &c.alone})
     for (const Timing& t : *group)
       std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
                   t.median * scale, t.minimum * scale, t.maximum * scale, best / t.median);
@@ -264,7 +316,7 @@ void print(const char* what, const Comparison& c) {
 }  // namespace
 
 int run_segments(const SegmentsOptions& options) {
-  Opened opened{kernels(), {}, options.object};
+  Opened opened{kernels(), {}, {}, options.object};
   for (const std::string& kernel : opened.names) {
     OpenOptions open_options;
     open_options.kernel = kernel;
@@ -275,13 +327,22 @@ int run_segments(const SegmentsOptions& options) {
   const Sidecar& sidecar = opened.sidecars[0];
   if (options.object >= sidecar.object_count())
     return print_error(options.sidecar + ": it has no such object"), exit_code(ErrorCode::usage);
+  if (sidecar.object(options.object).has_hierarchy())
+    for (const auto& [name, look_up] :
+         {std::pair("hierarchy", LookUpFirst::never), std::pair("look-ups, hierarchy", LookUpFirst::always)}) {
+      OpenOptions open_options;
+      open_options.look_up = look_up;
+      auto alone = Sidecar::open(options.sidecar, open_options);
+      if (!alone) return print_error(alone.error().message), exit_code(alone.error().code);
+      opened.alone.push_back({name, std::move(*alone)});
+    }
   const IngestOptions ingest = ingest_options_of(sidecar.contents(), options.mesh.ingest);
   const auto loaded = TracedMesh::load({options.mesh.path, ingest, options.mesh.quiet},
                                        &sidecar.object(options.object).record().geometry_hash);
   if (!loaded) return print_error(loaded.error().message), exit_code(loaded.error().code);
 
   const PreparedMesh& mesh = loaded->mesh;
-  const Bench bench(opened, loaded->tracer.scene(), options.repetitions);
+  const Bench bench(opened, mesh, loaded->tracer.scene(), options.repetitions);
   const auto measured = [&](const auto& segments_of) {
     return bench.compare(segments_of(options.points, 7), bench.fastest_way(segments_of(options.points / 8 + 1, 1007)));
   };
