@@ -354,31 +354,55 @@ class SceneRun {
                        false_colour(counts, options_.render.width, options_.render.height, scale, caption));
   }
 
+  // What pictures are timed with: Embree, sidecars with Embree behind them, and sidecars with their hierarchies.
+  struct Timed {
+    std::string id, label;
+    MakeCaster make;
+  };
+  std::vector<Timed> timed_casters() const {
+    std::vector<Timed> all = {{"bvh", {}, [&] { return bvh_caster(bvh_ways_); }},
+                              {kSingle, "BVH, ray by ray", [&] { return bvh_caster(EmbreeQuery{1}); }}};
+    const auto alone = [&](const OpenVariant& v, const std::string& id, const std::string& name, bool look_up) {
+      all.push_back({id, name, [this, &v, look_up] {
+                       return std::make_unique<HierarchyShadows>(*world_, v.sidecars.objects, look_up);
+                     }});
+    };
+    for (const OpenVariant& v : open_) {
+      all.push_back({v.id, {}, [&] { return vcd_caster(v.sidecars.objects, v.ways); }});
+      const bool has_hierarchies = std::all_of(v.sidecars.objects.begin(), v.sidecars.objects.end(),
+                                               [](const Object& object) { return object.has_hierarchy(); });
+      if (v.id == kUnclassified || !has_hierarchies) continue;
+      if (&v == &open_.front()) alone(v, "hierarchy", "hierarchy alone", false);
+      alone(v, v.id + "-hierarchy", v.id + ", hierarchy behind it", true);
+    }
+    return all;
+  }
+
   // Whole pictures, every variant in turn, again and again.
   std::optional<Error> time_pictures() {
-    std::vector<std::string> ids = {"bvh", kSingle};
-    for (const OpenVariant& v : open_) ids.push_back(v.id);
-    if (std::all_of(ids.begin(), ids.end(),
-                    [&](const std::string& id) { return variant(id).contains("render_seconds"); }))
+    const std::vector<Timed> casters = timed_casters();
+    if (std::all_of(casters.begin(), casters.end(),
+                    [&](const Timed& t) { return variant(t.id).contains("render_seconds"); }))
       return std::nullopt;
-    std::vector<std::vector<double>> whole(ids.size()), shadow(ids.size());
+    std::vector<std::vector<double>> whole(casters.size()), shadow(casters.size());
+    Image expected;
     for (int r = 0; r < options_.repetitions; ++r)
-      for (size_t i = 0; i < ids.size(); ++i) {
-        const auto rendered = picture(
-            "timing, round " + std::to_string(r + 1) + " of " + std::to_string(options_.repetitions) + ", " + ids[i],
-            [&] {
-              return i == 0   ? bvh_caster(bvh_ways_)
-                     : i == 1 ? bvh_caster(EmbreeQuery{1})
-                              : vcd_caster(open_[i - 2].sidecars.objects, open_[i - 2].ways);
-            });
+      for (size_t i = 0; i < casters.size(); ++i) {
+        const auto rendered = picture("timing, round " + std::to_string(r + 1) + " of " +
+                                          std::to_string(options_.repetitions) + ", " + casters[i].id,
+                                      casters[i].make);
         if (!rendered) return stopped();
         whole[i].push_back(rendered->seconds);
         shadow[i].push_back(rendered->shadow_seconds);
+        if (r > 0) continue;
+        if (i == 0) expected = rendered->image;
+        variant(casters[i].id)["differing_pixels"] = compare(expected, rendered->image).pixels;
       }
-    variant(kSingle)["label"] = "BVH, ray by ray";
-    for (size_t i = 0; i < ids.size(); ++i) {
-      variant(ids[i])["render_seconds"] = describe_seconds(summarize(ids[i], whole[i]), 1);
-      variant(ids[i])["shadow_seconds"] = describe_seconds(summarize(ids[i], shadow[i]), 1);
+    for (size_t i = 0; i < casters.size(); ++i) {
+      Json& v = variant(casters[i].id);
+      if (!casters[i].label.empty()) v["label"] = casters[i].label;
+      v["render_seconds"] = describe_seconds(summarize(casters[i].id, whole[i]), 1);
+      v["shadow_seconds"] = describe_seconds(summarize(casters[i].id, shadow[i]), 1);
     }
     return std::nullopt;
   }

@@ -99,4 +99,18 @@ class SidecarShadows : public ShadowCaster {
   std::vector<uint8_t> traced_;
 };
 
+// Sidecars with their hierarchies, and no Embree.
+class HierarchyShadows : public ShadowCaster {
+ public:
+  // objects[i] answers for world.objects[i] and has a hierarchy. look_up: first, where the file says that it pays.
+  HierarchyShadows(const World& world, std::span<const Object> objects, bool look_up);
+  void cast(const Bundle& bundle, std::span<uint8_t> blocked) override;
+
+ private:
+  const World& world_;
+  bool look_up_;
+  std::optional<Object> object_;  // of a single one
+  std::optional<Scene> scene_;    // of many
+};
+
 }  // namespace vcd::render
