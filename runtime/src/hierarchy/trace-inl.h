@@ -12,7 +12,6 @@
 
 #include "hierarchy/leaf_vertices-inl.h"
 #include "hierarchy/near_ray-inl.h"
-#include "lookup/sample_bits.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -146,12 +145,6 @@ bool Occluded(const Traced& object, const Segment& segment) noexcept {
     case Nearness::near: break;
   }
   return trace_from(object.view, kRootUnit, ray, segment);
-}
-
-SampleBits OccludedArray(const Traced& object, const Segment* segments, const SampleBits& live) noexcept {
-  SampleBits blocked{};
-  live.for_each([&](size_t i) HWY_ATTR { blocked.set(i, Occluded(object, segments[i])); });
-  return blocked;
 }
 
 }  // namespace HWY_NAMESPACE

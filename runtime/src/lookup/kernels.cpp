@@ -18,6 +18,7 @@
 
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128  // single calls are faster than these
 #include "beam/bundles-inl.h"
+#include "hierarchy/array-inl.h"
 #include "hierarchy/fan-inl.h"
 #include "hierarchy/trace-inl.h"
 #include "lookup/arrays-inl.h"
