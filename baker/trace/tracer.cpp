@@ -1,5 +1,6 @@
 #include <vcd/baker/tracer.h>
 
+#include <cfenv>
 #include <cstring>
 #include <string>
 
@@ -32,10 +33,23 @@ uint32_t hit_mask(const float* tfar, uint32_t count) {
   return mask;
 }
 
+// Embree leaves the calling thread so that it flushes subnormal numbers: what is baked next could have other bytes.
+class FloatingPointMode {
+ public:
+  FloatingPointMode() { std::fegetenv(&mode_); }
+  ~FloatingPointMode() { std::fesetenv(&mode_); }
+  FloatingPointMode(const FloatingPointMode&) = delete;
+  FloatingPointMode& operator=(const FloatingPointMode&) = delete;
+
+ private:
+  std::fenv_t mode_;
+};
+
 }  // namespace
 
 Result<Tracer> Tracer::build(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
                              TraceMode mode, RTCDevice device) {
+  const FloatingPointMode as_it_was;
   Tracer tracer;
   if (device) {
     rtcRetainDevice(device);

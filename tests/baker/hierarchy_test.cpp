@@ -71,7 +71,7 @@ bool equal(const HierarchySection& a, const HierarchySection& b) {
 // Builds the mesh's hierarchy, and looks at all that the format and the mesh demand of it.
 HierarchySection must_build(const PreparedMesh& mesh) {
   EXPECT_TRUE(can_have_hierarchy(mesh));
-  const auto section = build_hierarchy(mesh);
+  const auto section = with_threads(0, [&] { return build_hierarchy(mesh); });
   if (!section || section->empty()) throw std::runtime_error("no hierarchy");
   const auto fault = check_hierarchy(bytes_of(*section), CheckLevel::canonical);
   EXPECT_FALSE(fault) << static_cast<int>(fault->kind) << " at unit " << fault->unit;
@@ -174,7 +174,7 @@ SourceMesh heaps(int exponent) {
 TEST(Hierarchy, StaysWithinTheLevelsOnAnyScale) {
   const std::function<bool()> no_stop;
   Stop never(no_stop);
-  const BinaryTree tree = build_binary_tree(*prepare(heaps(50)), never);
+  const BinaryTree tree = with_threads(0, [&] { return build_binary_tree(*prepare(heaps(50)), never); });
   std::vector<uint32_t> depth(tree.nodes.size());
   for (uint32_t i = 0; i < tree.nodes.size(); ++i)
     if (!tree.is_leaf(i)) depth[tree.left(i)] = depth[tree.right(i)] = depth[i] + 1;
