@@ -18,8 +18,7 @@ struct IngestOptions {
   // Bake alpha-masked, blended, transmissive, skinned and morphed parts as if they were opaque and rigid, as they
   // stand in the file. By default they are left out, with a note for each.
   bool treat_all_as_opaque = false;
-  // Read where the default scene's nodes put the meshes. Off: placements stays empty, and defects of nodes are without
-  // consequence.
+  // Read where the default scene's nodes put the meshes. Off: placements stays empty.
   bool placements = false;
   // A mesh file may name others (the buffers of .gltf). By default these must lie in the mesh file's folder or below
   // it, links followed, since a file from elsewhere could else have any file of this machine read, and its bytes baked.
@@ -47,8 +46,8 @@ struct Ingested {
   std::vector<SourceMesh> meshes;  // at least one; each has at least one triangle, finite positions, indices in range
   std::vector<std::string> notes;  // what was left out or passed over, one sentence each, naming mesh and primitive
   // If asked for: where the meshes stand in the scene, a mesh in any number of places. Empty, with a note, if a glTF
-  // file's scene holds none of them: then each may as well stand as it is. Formats other than glTF: each as it is. A
-  // shift is taken back, so that all stands where it would without.
+  // file's scene holds none of them or its nodes cannot be read: then each may as well stand as it is. Formats other
+  // than glTF: each as it is. A shift is taken back, so that all stands where it would without.
   std::vector<Placement> placements;
   std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of
                                     // the bytes as they were parsed, whatever the files hold by now
