@@ -2,12 +2,16 @@
 // spheres of no radius or around the origin, and of every scale. Against exact arithmetic.
 #include <vcd/runtime/bundle.h>
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
+#include "beam/beam.h"
 #include "fuzz/odd_places.h"
 #include "support/exact_world.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/random.h"
 
 namespace vcd::test {
 namespace {
@@ -82,6 +86,44 @@ TEST_F(LightLimits, ALineOfLightIsClearBesideTheBox) {
       EXPECT_EQ(blocked | left, 0u) << sidecar.kernel();
     }
   }
+}
+
+// The bound of spec/proofs.md, "Bundles": what u and v say of a sphere's directions is off by 3 rounding 2^-24 size.
+TEST(SphereBeam, DirectionsAreRoundedAsDerived) {
+  using Number = long double;
+  FloatRandom random(31);
+  Number worst = 0;
+  for (int i = 0; i < (kSanitized ? 20000 : 200000); ++i) {
+    SphereBundle bundle{};
+    // From everywhere, also from close to an axis, and of every radius up to where no frame is usable.
+    for (float& x : bundle.centre)
+      x = random.between(-1, 1) * (random.below(3) ? 1 : std::exp2(random.between(-30, 0)));
+    const float distance = std::hypot(bundle.centre[0], bundle.centre[1], bundle.centre[2]);
+    bundle.radius = distance * (random.below(2) ? random.uniform() : std::exp2(random.between(-30, 0)));
+    float sample[3], out[3];
+    for (float& x : out) x = random.between(-1, 1);
+    for (size_t a = 0; a < 3; ++a)
+      sample[a] = bundle.centre[a] + 0.99f * bundle.radius * out[a] / std::hypot(out[0], out[1], out[2]);
+    bundle.x = {&sample[0], 1}, bundle.y = {&sample[1], 1}, bundle.z = {&sample[2], 1};
+    const BeamFrame frame = beam_frame(bundle);
+    if (!frame.usable) continue;
+    BundleChunk chunk;
+    chunk.first = 0, chunk.count = 1, chunk.u_extent = chunk.v_extent = {0, 1};
+    place(bundle, frame, chunk);
+    set_size(frame, chunk);
+    // The direction is sample itself; both points in one plane across the axis.
+    Number said[3], along_said = 0, along = 0;
+    for (size_t a = 0; a < 3; ++a) {
+      said[a] = Number{frame.corner[a]} + Number{chunk.u[0]} * Number{frame.edge_u[a]} +
+                Number{chunk.v[0]} * Number{frame.edge_v[a]};
+      along_said += said[a] * Number{bundle.centre[a]}, along += Number{sample[a]} * Number{bundle.centre[a]};
+    }
+    for (size_t a = 0; a < 3; ++a)
+      worst = std::max(worst, std::abs(said[a] - along_said / along * Number{sample[a]}) /
+                                  (3 * Number{frame.rounding} * 0x1p-24L * Number{chunk.size[a]}));
+  }
+  EXPECT_LT(worst, 1);
+  EXPECT_GT(worst, 0.2L);  // or the bound is of something else
 }
 
 TEST_F(LightLimits, NoDegenerateLightIsAnsweredWrongly) {

@@ -97,8 +97,8 @@ std::optional<Error> Scene::set_transforms(std::span<const Transform> to_world) 
 }
 
 Visibility Scene::classify(const Segment& segment, const SceneQuery& query) const noexcept {
-  Visibility answer;
-  classify(std::span(&segment, 1), std::span(&answer, 1), query);
+  Visibility answer = Visibility::clear;
+  state_->kernels->scene_segments(state_->data, std::span(&segment, 1), query, {&answer, nullptr});
   return answer;
 }
 
