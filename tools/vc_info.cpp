@@ -45,7 +45,7 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
   for (const ObjectContents& object : contents.objects) {
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
-    std::printf("%s", hierarchy_summary(object.hierarchy).c_str());
+    std::printf("%s", hierarchy_summary(*object.record, object.hierarchy).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
     if (!object.geometry.empty())

@@ -86,6 +86,8 @@ Json describe_object(const ObjectContents& object) {
   json["box_max"] = r.box_max;
   json["shift"] = r.shift;
   json["parts_left_out"] = (r.flags & kPartsLeftOut) != 0;
+  json["look_up_first"] = {{"from_outside", (r.flags & kLookUpFromOutside) != 0},
+                           {"from_inside", (r.flags & kLookUpFromInside) != 0}};
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
@@ -207,14 +209,20 @@ std::string object_summary(const ObjectRecord& r) {
   return out + line;
 }
 
-std::string hierarchy_summary(const HierarchyView& hierarchy) {
+std::string hierarchy_summary(const ObjectRecord& r, const HierarchyView& hierarchy) {
   if (!hierarchy) return "";
   const HierarchyHeader& h = hierarchy.header();
   char line[256];
   std::snprintf(line, sizeof line, "  hierarchy %s, %.1f bytes a triangle: %u nodes, %u leaves, %u levels\n",
                 readable_bytes(hierarchy.bytes().size()).c_str(), bytes_a_triangle(hierarchy), h.node_count,
                 h.leaf_count, h.levels);
-  return line;
+  const bool outside = (r.flags & kLookUpFromOutside) != 0, inside = (r.flags & kLookUpFromInside) != 0;
+  const char* const first = outside && inside ? "from outside the box, and from inside"
+                            : outside         ? "from outside the box"
+                            : inside          ? "from inside the box"
+                                              : nullptr;
+  return line + (first ? std::string("            look-ups before it save time for segments ") + first + "\n"
+                       : std::string("            look-ups before it save no time\n"));
 }
 
 std::string json_text(const Json& json, int indent) {

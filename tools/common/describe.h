@@ -19,9 +19,10 @@ Json describe_object(const ObjectContents& object);
 Json describe_section(const SectionEntry& section);
 Json describe_finding(const Finding& finding);
 const char* method_name(Method method);
-const char* guarantee(Method method);                           // a clause: what the classes promise
-std::string object_summary(const ObjectRecord& record);         // several lines, indented by two spaces
-std::string hierarchy_summary(const HierarchyView& hierarchy);  // one such line; none for no hierarchy
+const char* guarantee(Method method);                    // a clause: what the classes promise
+std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
+// Two such lines; none for no hierarchy.
+std::string hierarchy_summary(const ObjectRecord& record, const HierarchyView& hierarchy);
 
 // The text of it; bytes that are not UTF-8 are replaced. indent -1: one line.
 std::string json_text(const Json& json, int indent = -1);

@@ -84,7 +84,7 @@ std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
     text += "object " + std::to_string(written.record.source_index) + " " + printable(std::string(written.name)) +
-            "\n" + object_summary(written.record) + hierarchy_summary({written.hierarchy.data()});
+            "\n" + object_summary(written.record) + hierarchy_summary(written.record, {written.hierarchy.data()});
     if (object.duplicate_triangles || object.zero_area_triangles)
       text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
               std::to_string(object.zero_area_triangles) + " zero-area triangles\n";
