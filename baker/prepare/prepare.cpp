@@ -1,5 +1,7 @@
 #include <vcd/baker/prepare.h>
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include <vcd/format/line_cell.h>
@@ -11,7 +13,21 @@
 
 namespace vcd::baker {
 
+namespace {
+
+bool is_sound(const SourceMesh& source) {
+  const auto finite = [](const Position& p) {
+    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+  };
+  const auto inside = [&](const TriangleIndices& t) { return std::ranges::max(t) < source.positions.size(); };
+  return std::ranges::all_of(source.positions, finite) && std::ranges::all_of(source.triangles, inside);
+}
+
+}  // namespace
+
 Result<PreparedMesh> prepare(SourceMesh&& source) {
+  if (!is_sound(source))
+    return Error{ErrorCode::usage, "mesh \"" + source.name + "\": a position is not finite, or an index is too large"};
   PreparedMesh mesh;
   mesh.name = std::move(source.name);
   mesh.source_index = source.source_index;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <random>
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "prepare/weld.h"
@@ -128,6 +130,17 @@ TEST(Prepare, RefusesWhatHasNoAreaOrNoBox) {
   const auto result = prepare(std::move(huge));
   ASSERT_FALSE(result.ok());
   EXPECT_EQ(result.error().code, ErrorCode::unsupported);
+}
+
+TEST(Prepare, RefusesMeshesFromMemoryThatAreNotSound) {
+  SourceMesh far = triangle(), odd = triangle();
+  far.triangles[0][1] = 3;
+  odd.positions[2][0] = std::numeric_limits<float>::quiet_NaN();
+  for (SourceMesh* mesh : {&far, &odd}) {
+    const auto prepared = prepare(std::move(*mesh));
+    ASSERT_FALSE(prepared.ok());
+    EXPECT_EQ(prepared.error().code, ErrorCode::usage);
+  }
 }
 
 }  // namespace

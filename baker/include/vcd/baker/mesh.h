@@ -21,7 +21,8 @@ struct LeftOut {
   bool operator==(const LeftOut&) const = default;
 };
 
-// One object as its source file gives it: nothing welded or dropped.
+// One object as its source file gives it: nothing welded or dropped. From memory, fill positions and triangles; the
+// rest may stay as it is.
 struct SourceMesh {
   std::string name;           // UTF-8; empty where the source has none
   uint32_t source_index = 0;  // index of the glTF mesh; 0 for formats with one object a file

@@ -28,8 +28,8 @@ struct PreparedMesh {
 };
 
 // Positions must be finite and indices in range, as ingest() promises.
-// Errors: invalid_file if every triangle has zero area, unsupported if the box is too large or small for 32-bit floats.
-// Takes the source apart to save memory. Safe from any thread.
+// Errors: usage if they are not; invalid_file if every triangle has zero area, unsupported if the box is too large or
+// small for 32-bit floats. Takes the source apart to save memory. Safe from any thread.
 Result<PreparedMesh> prepare(SourceMesh&& source);
 
 // The positions in grid units, where the padded box is [0, 256]^3: the frame in which cells are classified.

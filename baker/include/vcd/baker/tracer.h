@@ -1,4 +1,4 @@
-// Embree behind one small class: exact answers for the baker and the audit.
+// Embree behind one small class: watertight rays to classify cells with. The audit does not use it.
 #pragma once
 
 #include <cstdint>

@@ -64,7 +64,7 @@ inline constexpr float kSmallestComponent = 0x1p-100f;  // smaller direction com
 
 struct LineCell {
   bool valid;     // false: an input is NaN, infinite or beyond the limits; nothing below may be used
-  bool hits;      // the line passes through the inside of the box
+  bool hits;      // the line passes through the inside of the box (no hit of the mesh)
   uint32_t pair;  // 0 … 14, meaningful when the line hits
   uint32_t s, t;  // on face kFacePair[pair].low, 0 … 255, in grid units rounded down
   uint32_t u, v;  // on face kFacePair[pair].high
@@ -152,7 +152,8 @@ inline constexpr RouteTable kRoutes = make_route_table();
 
 }  // namespace detail
 
-// The cell of the line through a segment. Branch-free; safe for any bit pattern of the inputs.
+// The cell of level 8, the deepest, of the line through a segment; a tree of less depth takes the upper bits.
+// Branch-free; safe for any bit pattern of the inputs.
 [[gnu::always_inline]] inline LineCell locate(const GridFrame& frame, const Segment& segment) {
   using namespace detail;
   const Int4 three_lanes = {-1, -1, -1, 0}, sign_mask = Int4{} + INT32_MIN;

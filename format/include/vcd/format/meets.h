@@ -10,13 +10,13 @@ namespace vcd {
 // Floats are dyadic rationals, so a segment and a triangle are exact data, and "some point of the segment is a point of
 // the triangle" has one answer; this gives it. Triangles are closed, segments are open (spec/conventions.md, 1 to 4 and
 // 20):
-//   - a line through an edge or a vertex meets the triangle, and so does one in its plane that overlaps it;
+//   - a segment that meets an edge or a vertex alone meets the triangle, and so does one in its plane that overlaps it;
 //   - a triangle that only touches t_min or t_max is not met;
 //   - a direction of zero length is the point `origin`;
 //   - a NaN in the interval, or t_min >= t_max, never meets anything; nor does a NaN or an infinity in origin or
 //     direction.
 //
-// The corners are finite, in any order, and not on one line: what prepare() keeps never is.
+// The corners must be finite and not on one line, in any order: prepare() drops all other triangles.
 // A filter in doubles decides nearly all cases (some 20 ns); what it leaves in doubt is decided in integers (some
 // microseconds). Neither allocates, and neither depends on the processor's mode for subnormal numbers.
 using Triangle = std::array<std::array<float, 3>, 3>;  // corners

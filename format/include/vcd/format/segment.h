@@ -19,7 +19,7 @@ static_assert(sizeof(Segment) == 32);
 enum class Visibility : uint8_t {
   clear = 0,         // a promise: no triangle of the object meets the segment
   blocked = 1,       // a promise: some triangle of the object meets the segment
-  unclassified = 2,  // no promise: ask the renderer's own acceleration structure
+  unclassified = 2,  // no promise: ask the object's hierarchy, or the renderer's own
 };
 
 }  // namespace vcd

@@ -159,10 +159,11 @@ class Scene {
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
 
-  // The same with no fallback: what no look-up decides, the objects' own hierarchies do, exactly of the segment in the
-  // object's frame (in_object()), or in the world where that frame cannot hold it. All instances that are not absent
-  // need a hierarchy; without one they end the program with a message.
+  // Whether every instance that is not absent has an object with a hierarchy.
   bool has_hierarchies() const noexcept;
+  // The same with no fallback: what no look-up decides, the objects' own hierarchies decide. They decide exactly, of
+  // the segment that in_object() gives; where it gives none, of the triangles in the world. Needs has_hierarchies();
+  // without them the call ends the program with a message.
   bool occluded(const Segment& segment, const SceneQuery& query = {}) const noexcept;
   void occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
                 const SceneQuery& query = {}) const noexcept;

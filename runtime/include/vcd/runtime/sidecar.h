@@ -75,7 +75,8 @@ class Object {
   void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
   void occluded(const PointBundle& bundle, std::span<uint64_t> blocked, From from = From::outside) const noexcept;
-  // Whether the file holds the object's triangles in a hierarchy. The baker stores one unless told otherwise.
+  // Whether the file holds the object's triangles in a hierarchy. The baker stores one unless it is told not to, the
+  // file's budget has no room for it, or the coordinates are out of its range: ask before occluded() above.
   bool has_hierarchy() const noexcept;
 
   std::string_view name() const noexcept;  // UTF-8; empty where the source had none
@@ -94,7 +95,7 @@ class Object {
 // Whether Object::occluded() and Scene::occluded() look up before they ask a hierarchy.
 enum class LookUpFirst : uint8_t {
   as_baked,  // where the baker found that it saves time: for segments from outside, from inside the box, or neither
-  always,    // but of segments from the object itself, of which look-ups say next to nothing
+  always,    // except for segments that begin on the object itself: look-ups say next to nothing of them
   never,
 };
 
@@ -113,7 +114,7 @@ struct OpenOptions {
   // that were baked by sampling. Costs nothing in a query.
   bool proven_only = false;
   LookUpFirst look_up = LookUpFirst::as_baked;
-  // What classifies arrays and bundles: one of kernels(); empty: the fastest.
+  // What classifies arrays and bundles, and traces hierarchies: one of kernels(); empty: the fastest.
   std::string kernel = {};
 };
 

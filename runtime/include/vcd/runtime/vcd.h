@@ -230,7 +230,8 @@ int vcd_scene_has_hierarchies(const vcd_scene* scene);
 int vcd_scene_occluded_one(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
 
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
- * is asked for what look-ups leave unclassified; NULL: the objects' own hierarchies are. query: NULL for all instances
+ * is asked for what look-ups leave unclassified; NULL: the objects' own hierarchies are, and
+ * vcd_scene_has_hierarchies must be 1. query: NULL for all instances
  * and no origins. */
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
                         vcd_trace_unclassified trace, void* context, uint64_t* blocked);
