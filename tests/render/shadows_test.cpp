@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <vcd/baker/referee.h>
 #include <vcd/runtime/scene.h>
 
 #include "render/beam.h"
@@ -115,7 +116,7 @@ TEST_P(Counting, KindsAddUpToAllSegmentsAndCountsAreTheRuntimesOwn) {
   uint64_t answered[2] = {}, open = 0, kinds[kSegmentKinds] = {};
   for (size_t i = 0; i < bundles.size(); ++i)
     for (const Segment& s : bundles[i].segments) {
-      ++kinds[static_cast<size_t>(segment_kind(world_, bundles[i], s))];
+      ++kinds[static_cast<size_t>(segment_kind(world_, bundles[i].surface, s))];
       SceneQuery query;
       const uint32_t own = bundles[i].surface;
       if (own != kGroundSurface) query.origins = std::span(&own, 1);
@@ -170,6 +171,62 @@ TEST_P(Counting, TheCountingHierarchyFindsWhatEmbreeFindsAndSidecarsSaveTests) {
   Census with(world_, sidecars_.objects, *counter_, {1}, 24 * 16);
   must_render(world_, small_picture(), [&] { return with.caster(); });
   EXPECT_LT(with.take().tests, tests);
+}
+
+TEST(Judging, RemembersWhatEmbreeGotWrongAndOnlyThat) {
+  const World world = one_object();
+  const baker::Referee referee(world.objects[0].mesh);
+  Judge judge(world);
+  const Recording bundles = record(world, small_picture());
+  const auto answers = [&](size_t bundle) {  // one in seven is wrong
+    std::vector<uint8_t> blocked(bundles[bundle].segments.size());
+    occluded(world.shadow_casters(), {1}, bundles[bundle].segments, blocked.data());
+    for (size_t i = bundle % 7; i < blocked.size(); i += 7) blocked[i] ^= 1;
+    return blocked;
+  };
+  for (size_t b = 0; b < bundles.size(); ++b) {
+    std::vector<uint8_t> truth(bundles[b].segments.size());
+    judge.learn(bundles[b].segments, answers(b), truth);
+    for (size_t i = 0; i < truth.size(); ++i) EXPECT_EQ(truth[i] != 0, referee.occluded(bundles[b].segments[i]));
+  }
+  for (size_t b = 0; b < bundles.size(); ++b) {
+    std::vector<uint8_t> corrected = answers(b);
+    judge.correct(bundles[b].segments, corrected);
+    for (size_t i = 0; i < corrected.size(); ++i)
+      EXPECT_EQ(corrected[i] != 0, referee.occluded(bundles[b].segments[i]));
+  }
+}
+
+class Liar : public ShadowCaster {
+ public:
+  explicit Liar(const World& world) : world_(world) {}
+  void cast(const Bundle& bundle, std::span<uint8_t> blocked) override {
+    occluded(world_.shadow_casters(), {1}, bundle.segments, blocked.data());
+    for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] ^= 1;
+  }
+
+ private:
+  const World& world_;
+};
+
+TEST(Judging, AHierarchyIsNeverWrongAndALiarAlways) {
+  const TemporaryFolder folder;
+  const World world = one_object();
+  const WorldSidecars sidecars = must_bake(world, quick(3, 16), folder);
+  const TestCounter counter = std::move(*TestCounter::build(world));
+  Judge judge(world);
+  const auto total = [&](Census&& census) {
+    must_render(world, small_picture(2), [&] { return census.caster(); });
+    return census.take().total();
+  };
+  const KindCounts traced = total(Census(world, {}, counter, {1}, 24 * 16, &judge));
+  EXPECT_LE(traced.wrong, traced.segments / 10000);
+  const auto counted = [&](MakeCaster make) { return total(Census(world, std::move(make), {1}, 24 * 16, &judge)); };
+  const KindCounts alone = counted([&] { return std::make_unique<HierarchyShadows>(world, sidecars.objects, false); });
+  EXPECT_EQ(alone.wrong, 0u);
+  EXPECT_EQ(alone.segments, traced.segments);
+  EXPECT_EQ(alone.resolved(), traced.segments);
+  EXPECT_GE(counted([&] { return std::make_unique<Liar>(world); }).wrong, traced.segments - traced.wrong);
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, Counting, testing::Values(true, false),

@@ -127,7 +127,7 @@ class Figures(PageCase):
         for method, pixel in zeros:  # a lane a method, from the axis on
             lane = (present.index(method) + 0.5) / len(present) - 0.5
             scale_ = chart["box"][2] / 380
-            self.assertAlmostEqual(pixel, label[0] + lane * 38 * scale_ * (1 if axis == "x" else -1), delta=2)
+            self.assertAlmostEqual(pixel, label[0] + lane * 41 * scale_ * (1 if axis == "x" else -1), delta=2)
             self.assertTrue(pixel < min(ticks) - 6 if axis == "x" else pixel > max(ticks) + 6)
         self.assertEqual(len(zeros), sum(float(p["data"][axis]) == 0 for p in chart["points"]) if scale == "rate" else 0)
         if scale == "rate":

@@ -97,6 +97,36 @@ class Files(Case):
             self.assertEqual(set(chart["frontier"]), points.keys() - beaten)
             self.assertTrue(chart["frontier"])
 
+    def test_hierarchies_and_a_judged_embree_are_points_beside_the_trees(self):
+        data = fixture.results()
+        killeroo = data["scenes"][0]
+        killeroo["judge"] = "exact arithmetic"
+        bvh, trees = killeroo["variants"][0], {v["id"]: v for v in killeroo["variants"]}
+        bvh.update(wrong=40, wrong_rate=1e-5, wrong_bound_95=1.3e-5, segments=4_000_000)
+        for name, behind, gain, rate in (("hierarchy", None, 3.0, 0), ("d5-n81-hierarchy", "d5-n81", 4.0, trees["d5-n81"]["wrong_rate"])):
+            times = {k: {m: t / gain for m, t in bvh[k].items()} for k in ("render_seconds", "shadow_seconds")}
+            killeroo["variants"].append({"id": name, "label": name, **({"behind": behind} if behind else {}), **times, "segments": 4_000_000,
+                                         "wrong": round(rate * 4e6), "wrong_rate": rate, "wrong_bound_95": rate + 1e-6})
+        self.make(data)
+        report = json.loads((self.folder / "report.json").read_text())
+        charts = {c["id"]: {p["variant"]: p for p in c["points"]} for c in report["charts"]}
+        points = charts["speedup-killeroo"]
+        self.assertEqual((points["bvh"]["x"], points["bvh"]["y"], points["bvh"]["method"]), (1e-5, 1, "embree"))
+        self.assertEqual((points["hierarchy"]["x"], points["hierarchy"]["method"], points["hierarchy"]["depth"]), (0, "hierarchy", None))
+        behind = points["d5-n81-hierarchy"]
+        self.assertEqual((behind["behind"], behind["depth"], behind["samples"], behind["area"]), ("d5-n81", 5, 81, trees["d5-n81"]["memory_bytes"]))
+        for other in ("bake-killeroo", "memory-killeroo"):
+            self.assertFalse({"bvh", "hierarchy", "d5-n81-hierarchy"} & charts[other].keys())
+        self.assertFalse({"bvh", "hierarchy"} & charts["speedup-sierpinski"].keys())
+        frontier = next(c["frontier"] for c in report["charts"] if c["id"] == "speedup-killeroo")
+        self.assertIn("hierarchy", frontier)
+        self.assertNotIn("bvh", frontier)  # slower, and more wrong rays
+        svg = (self.folder / "charts" / "speedup-killeroo.svg").read_text()
+        for text in (">H<", ">E<", ">81+H<"):
+            self.assertIn(text, svg)
+        judges = next(t for t in report["tables"] if t["id"] == "scenes")["sections"][0]["rows"]
+        self.assertEqual([r["judge"] for r in judges[:2]], ["exact arithmetic", "Embree"])
+
     def test_paper_figures(self):
         """Sums over the columns of Table 2, and Table 1, typed from the paper a second time."""
         paper = json.loads((TOOL / "paper.json").read_text())

@@ -58,7 +58,7 @@ class Stability(MadeCase):
         hard["sweeps"][1]["points"][4]["results"]["proven"] = {"wrong": 0, "resolved": 0}
         row = self.remade(hard)["stability"]["sweeps"][1]["rows"][4]
         self.assertIsNone(row["proven_share"])
-        self.assertEqual(row["refused"], f"proven, hybrid, sampled: {fixture.REASON}")
+        self.assertEqual(row["refused"], f"proven, hybrid, sampled, hierarchy: {fixture.REASON}")
 
     def test_the_worst_of_each_method(self):
         hard = self.hard

@@ -1,4 +1,4 @@
-// The sweeps of `vc-bench stability`, small: wherever other methods fail, a proof never does.
+// The sweeps of `vc-bench stability`, small: wherever other methods fail, a proof or a hierarchy never does.
 #include "bench/stability.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace {
 
 class Stability : public testing::TestWithParam<size_t> {};
 
-TEST_P(Stability, NoProofIsWrongAnywhere) {
+TEST_P(Stability, NoProofAndNoHierarchyIsWrongAnywhere) {
   StabilitySweep sweep = stability_sweeps(true)[GetParam()];
   for (StabilitySweep::Point& p : sweep.points) p.rays /= 4;
   uint64_t visited = 0, resolved = 0, sampled_wrong = 0, embree_wrong = 0, refused = 0;
@@ -19,10 +19,12 @@ TEST_P(Stability, NoProofIsWrongAnywhere) {
     ++visited;
     EXPECT_EQ(p.counts[0].wrong, 0u) << sweep.title << ": " << sweep.points[i].x;
     EXPECT_EQ(p.wrong_proven, 0u) << sweep.title << ": " << sweep.points[i].x;
+    EXPECT_EQ(p.counts[kHierarchyMethod].wrong, 0u) << sweep.title << ": " << sweep.points[i].x;
+    EXPECT_EQ(p.counts[kHierarchyMethod].resolved, p.rays);
     refused += !p.refused.empty();
     resolved += p.counts[0].resolved;
     sampled_wrong += p.counts[2].wrong;
-    embree_wrong += p.counts[3].wrong;
+    embree_wrong += p.counts[kEmbreeMethod].wrong;
   });
   EXPECT_EQ(visited, sweep.points.size());
   EXPECT_EQ(refused, sweep.id == "scale" ? 1u : 0u);  // 1e30 is beyond 2^100

@@ -8,6 +8,7 @@
 #include "bench/instances.h"
 #include "bench/machine.h"
 #include "bench/paper_run.h"
+#include "bench/paths.h"
 #include "bench/report.h"
 #include "bench/segments.h"
 #include "bench/stability.h"
@@ -33,6 +34,7 @@ struct Options {
 
   SegmentsOptions segments;
   InstancesOptions instances;
+  PathsOptions paths;
   MeshToRead mesh;
   library::BakeSettings settings;  // those of reading mesh files
   BakeRateOptions bake_rate;
@@ -198,6 +200,18 @@ int main(int argc, char** argv) {
   instances->add_option("--points", options.instances.points, "Points, 128 shadow rays each (default: 3000)")
       ->check(CLI::Range(1, 1000000));
 
+  CLI::App* paths = app.add_subcommand("paths", "The shadow rays of a path tracer: times with sidecars and without");
+  paths->add_option("scene", options.paths.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")
+      ->required()
+      ->type_name("sierpinski|hairball|forest|MESH");
+  paths->add_option("sidecars", options.paths.sidecars, "Of its meshes, with hierarchies")
+      ->required()
+      ->type_name("SIDECAR");
+  paths->add_option("--points", options.paths.points, "Points that the camera sees, a path each (default: 100000)")
+      ->check(CLI::Range(1, 100000000));
+  paths->add_option("--bounces", options.paths.bounces, "Surface points of a path, a shadow ray each (default: 4)")
+      ->check(CLI::Range(1, 4));
+
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
   bake->add_option("mesh", options.mesh.path, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
@@ -227,9 +241,13 @@ int main(int argc, char** argv) {
   return run_program(app, argc, argv, [&] {
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
-    options.mesh.ingest = options.segments.mesh.ingest = options.instances.ingest = options.settings.ingest_options();
-    options.mesh.quiet = options.segments.mesh.quiet = options.instances.quiet = options.common.quiet;
+    options.paths.repetitions = options.repetitions, options.paths.format = options.common.format;
+    options.mesh.ingest = options.segments.mesh.ingest = options.instances.ingest = options.paths.ingest =
+        options.settings.ingest_options();
+    options.mesh.quiet = options.segments.mesh.quiet = options.instances.quiet = options.paths.quiet =
+        options.common.quiet;
     if (instances->parsed()) return run_instances(options.instances);
+    if (paths->parsed()) return run_paths(options.paths);
     if (segments->parsed()) return run_segments(options.segments);
     if (bake->parsed())
       return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);

@@ -21,7 +21,7 @@ std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Rec
       std::array<Part, kSegmentKinds> parts;
       const Bundle bundle = recording[i];
       for (size_t k = 0; k < bundle.segments.size(); ++k) {
-        Part& part = parts[static_cast<size_t>(segment_kind(world, bundle, bundle.segments[k]))];
+        Part& part = parts[static_cast<size_t>(segment_kind(world, bundle.surface, bundle.segments[k]))];
         part.segments.push_back(bundle.segments[k]);
         part.u.push_back(bundle.u[k]), part.v.push_back(bundle.v[k]);
       }
@@ -68,10 +68,10 @@ Variant timed_look_up(std::string name, const Recording& bundles, std::shared_pt
 }
 
 KindCounts count(const World& world, const Recording& bundles, const SidecarVariant& variant,
-                 const TestCounter& counter, EmbreeQuery truth) {
+                 const TestCounter& counter, EmbreeQuery truth, Judge* judge) {
   size_t pixels = 0;
   for (size_t i = 0; i < bundles.size(); ++i) pixels = std::max<size_t>(pixels, bundles[i].pixel + size_t{1});
-  Census census(world, *variant.objects, counter, truth, pixels);
+  Census census(world, *variant.objects, counter, truth, pixels, judge);
   const auto caster = census.caster();
   uint8_t blocked[kMaxBundle];
   for (size_t i = 0; i < bundles.size(); ++i)
@@ -79,11 +79,20 @@ KindCounts count(const World& world, const Recording& bundles, const SidecarVari
   return census.take().total();
 }
 
+void learn(const World& world, const Recording& bundles, EmbreeQuery truth, Judge& judge) {
+  uint8_t embree[kMaxBundle], exact[kMaxBundle];
+  for (size_t i = 0; i < bundles.size(); ++i) {
+    const auto segments = bundles[i].segments;
+    occluded(world.shadow_casters(), truth, segments, embree);
+    judge.learn(segments, std::span(embree).first(segments.size()), std::span(exact).first(segments.size()));
+  }
+}
+
 }  // namespace
 
 Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles,
                   const std::vector<SidecarVariant>& variants, const TestCounter& counter, EmbreeQuery truth,
-                  int repetitions) {
+                  Judge* judge, int repetitions) {
   const std::vector<EmbreeQuery> ways = world.ways_to_trace();
   std::vector<Variant> runs;
   for (const EmbreeQuery& way : ways)
@@ -93,6 +102,7 @@ Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles
     runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
   }
   const std::vector<Timing> timings = time_interleaved(runs, repetitions);
+  if (judge) learn(world, bundles, truth, *judge);
   const double scale = 1e9 / static_cast<double>(bundles.segment_count());
   Json json{{"kind", segment_kind_name(kind)}, {"segments", bundles.segment_count()}};
   size_t best = 0;
@@ -106,7 +116,7 @@ Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles
     Json entry{{"variant", variants[v].id},
                {"lookup_ns", describe_seconds(timings[ways.size() + 2 * v], scale)},
                {"ns", describe_seconds(timings[ways.size() + 2 * v + 1], scale)}};
-    entry.update(describe_counts(count(world, bundles, variants[v], counter, truth)));
+    entry.update(describe_counts(count(world, bundles, variants[v], counter, truth, judge)));
     json["vcd"].push_back(entry);
   }
   return json;

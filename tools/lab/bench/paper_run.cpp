@@ -33,6 +33,14 @@ struct OpenVariant {
   ShadowWays ways = {};
 };
 
+// What pictures are timed and counted with: Embree, sidecars with Embree behind them, and sidecars with their
+// hierarchies.
+struct Caster {
+  std::string id, label;  // no label: it has one already, or its id says it
+  std::string tree;       // the variant that is looked up before the hierarchy; else empty
+  MakeCaster make;
+};
+
 // The steps of one scene. Each asks its entry in the results what is there already.
 class SceneRun {
  public:
@@ -232,6 +240,8 @@ class SceneRun {
     auto counter = TestCounter::build(*world_);
     if (!counter) return counter.error();
     counter_.emplace(std::move(*counter));
+    if (world_->single()) judge_.emplace(*world_);
+    scene()["judge"] = judge_ ? "exact arithmetic" : "Embree";
     return std::nullopt;
   }
 
@@ -273,16 +283,24 @@ class SceneRun {
     return render::render(*world_, options_.render, make, hooks);
   }
 
-  // The BVH's picture first: all others are held against it.
+  Judge* judge() { return judge_ ? &*judge_ : nullptr; }
+
+  // The BVH's picture first: all others are held against it, and the judge learns from it.
   std::optional<Error> count_all() {
-    const bool all_there = variant("bvh").contains("tests") &&
-                           std::all_of(open_.begin(), open_.end(),
-                                       [&](const OpenVariant& v) { return variant(v.id).contains("segments"); });
-    if (all_there) return std::nullopt;
+    const auto is_there = [&](const auto& v) { return variant(v.id).contains("segments"); };
+    const std::vector<Caster> alone = hierarchy_casters();
+    if (variant("bvh").contains("tests") && std::all_of(open_.begin(), open_.end(), is_there) &&
+        std::all_of(alone.begin(), alone.end(), is_there))
+      return std::nullopt;
     if (auto error = count_bvh()) return error;
     for (const OpenVariant& v : open_) {
       if (variant(v.id).contains("segments")) continue;
       if (auto error = count_variant(v)) return error;
+      if (auto error = results_.save()) return error;
+    }
+    for (const Caster& caster : alone) {
+      if (is_there(caster)) continue;
+      if (auto error = count_hierarchy(caster)) return error;
       if (auto error = results_.save()) return error;
     }
     return std::nullopt;
@@ -290,7 +308,7 @@ class SceneRun {
 
   std::optional<Error> count_bvh() {
     const size_t pixels = size_t{options_.render.width} * options_.render.height;
-    Census census(*world_, {}, *counter_, bvh_ways_.traced[0], pixels);
+    Census census(*world_, {}, *counter_, bvh_ways_.traced[0], pixels, judge());
     auto rendered = picture("counting, BVH", [&] { return census.caster(); });
     if (!rendered) return stopped();
     bvh_image_ = std::move(rendered->image);
@@ -300,13 +318,14 @@ class SceneRun {
     v["label"] = "BVH";
     v["tests"] = pass.tests;
     scene()["shadow_segments"] = pass.total().segments;
+    if (judge_) describe_wrong(v, pass.total());
     if (auto error = write_image(v, "bvh", "shaded", tone_mapped(bvh_image_))) return error;
     return write_counts(v, "bvh", "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel");
   }
 
   std::optional<Error> count_variant(const OpenVariant& open) {
     const size_t pixels = size_t{options_.render.width} * options_.render.height;
-    Census census(*world_, open.sidecars.objects, *counter_, bvh_ways_.traced[0], pixels);
+    Census census(*world_, open.sidecars.objects, *counter_, bvh_ways_.traced[0], pixels, judge());
     const auto rendered = picture("counting, " + open.id, [&] { return census.caster(); });
     if (!rendered) return stopped();
     const CensusPass pass = census.take();
@@ -315,20 +334,10 @@ class SceneRun {
     v["tests"] = pass.tests;
     v["fallback_segments"] = total.segments - total.resolved();
     v["resolved_segments"] = total.resolved();
-    v["wrong"] = total.wrong;
     v["wrong_resolved"] = total.wrong_answered;
-    v["wrong_rate"] = static_cast<double>(total.wrong) / static_cast<double>(std::max<uint64_t>(total.segments, 1));
-    v["wrong_bound_95"] = upper_bound_95(total.wrong, total.segments);
-    v["kinds"] = Json::array();
-    for (size_t k = 0; k < kSegmentKinds; ++k) {
-      if (pass.kinds[k].segments == 0) continue;
-      Json kind{{"kind", segment_kind_name(static_cast<SegmentKind>(k))}};
-      kind.update(describe_counts(pass.kinds[k]));
-      v["kinds"].push_back(kind);
-    }
-    const Difference difference = compare(bvh_image_, rendered->image);
-    v["rmse"] = difference.rmse;
-    v["max_difference"] = difference.maximum;
+    describe_wrong(v, total);
+    describe_kinds(v, pass);
+    const Difference difference = describe_difference(v, rendered->image);
     if (open.id == kUnclassified) v["label"] = "all cells unclassified", v["identical_image"] = difference.pixels == 0;
     const double most = static_cast<double>(options_.render.pixel_samples) * options_.render.light_samples *
                         static_cast<double>(world_->lights.size());
@@ -343,6 +352,47 @@ class SceneRun {
     return std::nullopt;
   }
 
+  // No BVH is asked, so nothing is counted but wrong answers.
+  std::optional<Error> count_hierarchy(const Caster& caster) {
+    const size_t pixels = size_t{options_.render.width} * options_.render.height;
+    Census census(*world_, caster.make, bvh_ways_.traced[0], pixels, judge());
+    const auto rendered = picture("counting, " + caster.id, [&] { return census.caster(); });
+    if (!rendered) return stopped();
+    const CensusPass pass = census.take();
+    const KindCounts total = pass.total();
+    Json& v = variant(caster.id);
+    v["label"] = caster.label;
+    if (!caster.tree.empty()) v["behind"] = caster.tree;
+    v["fallback_segments"] = 0;
+    v["resolved_segments"] = total.segments;
+    describe_wrong(v, total);
+    describe_kinds(v, pass);
+    describe_difference(v, rendered->image);
+    v["segments"] = total.segments;  // last, as above
+    return std::nullopt;
+  }
+
+  static void describe_wrong(Json& v, const KindCounts& total) {
+    v["wrong"] = total.wrong;
+    v["wrong_rate"] = static_cast<double>(total.wrong) / static_cast<double>(std::max<uint64_t>(total.segments, 1));
+    v["wrong_bound_95"] = upper_bound_95(total.wrong, total.segments);
+  }
+  static void describe_kinds(Json& v, const CensusPass& pass) {
+    v["kinds"] = Json::array();
+    for (size_t k = 0; k < kSegmentKinds; ++k) {
+      if (pass.kinds[k].segments == 0) continue;
+      Json kind{{"kind", segment_kind_name(static_cast<SegmentKind>(k))}};
+      kind.update(describe_counts(pass.kinds[k]));
+      v["kinds"].push_back(kind);
+    }
+  }
+  Difference describe_difference(Json& v, const Image& image) const {
+    const Difference difference = compare(bvh_image_, image);
+    v["rmse"] = difference.rmse;
+    v["max_difference"] = difference.maximum;
+    return difference;
+  }
+
   std::optional<Error> write_image(Json& v, const std::string& id, const char* view, const Image& image) {
     const std::string name = "images/" + request_.name + "-" + id + "-" + view + ".png";
     v["images"][view] = name;
@@ -354,35 +404,37 @@ class SceneRun {
                        false_colour(counts, options_.render.width, options_.render.height, scale, caption));
   }
 
-  // What pictures are timed with: Embree, sidecars with Embree behind them, and sidecars with their hierarchies.
-  struct Timed {
-    std::string id, label;
-    MakeCaster make;
-  };
-  std::vector<Timed> timed_casters() const {
-    std::vector<Timed> all = {{"bvh", {}, [&] { return bvh_caster(bvh_ways_); }},
-                              {kSingle, "BVH, ray by ray", [&] { return bvh_caster(EmbreeQuery{1}); }}};
-    const auto alone = [&](const OpenVariant& v, const std::string& id, const std::string& name, bool look_up) {
-      all.push_back({id, name, [this, &v, look_up] {
+  std::vector<Caster> hierarchy_casters() const {
+    std::vector<Caster> all;
+    const auto add = [&](const OpenVariant& v, const std::string& id, const std::string& label, bool look_up) {
+      all.push_back({id, label, look_up ? v.id : "", [this, &v, look_up] {
                        return std::make_unique<HierarchyShadows>(*world_, v.sidecars.objects, look_up);
                      }});
     };
     for (const OpenVariant& v : open_) {
-      all.push_back({v.id, {}, [&] { return vcd_caster(v.sidecars.objects, v.ways); }});
       const bool has_hierarchies = std::all_of(v.sidecars.objects.begin(), v.sidecars.objects.end(),
                                                [](const Object& object) { return object.has_hierarchy(); });
       if (v.id == kUnclassified || !has_hierarchies) continue;
-      if (&v == &open_.front()) alone(v, "hierarchy", "hierarchy alone", false);
-      alone(v, v.id + "-hierarchy", v.id + ", hierarchy behind it", true);
+      if (&v == &open_.front()) add(v, "hierarchy", "hierarchy alone", false);
+      add(v, v.id + "-hierarchy", v.id + ", hierarchy behind it", true);
     }
+    return all;
+  }
+
+  std::vector<Caster> timed_casters() const {
+    std::vector<Caster> all = {{"bvh", {}, {}, [&] { return bvh_caster(bvh_ways_); }},
+                               {kSingle, "BVH, ray by ray", {}, [&] { return bvh_caster(EmbreeQuery{1}); }}};
+    for (const OpenVariant& v : open_)
+      all.push_back({v.id, {}, {}, [&] { return vcd_caster(v.sidecars.objects, v.ways); }});
+    for (Caster& caster : hierarchy_casters()) all.push_back(std::move(caster));
     return all;
   }
 
   // Whole pictures, every variant in turn, again and again.
   std::optional<Error> time_pictures() {
-    const std::vector<Timed> casters = timed_casters();
+    const std::vector<Caster> casters = timed_casters();
     if (std::all_of(casters.begin(), casters.end(),
-                    [&](const Timed& t) { return variant(t.id).contains("render_seconds"); }))
+                    [&](const Caster& t) { return variant(t.id).contains("render_seconds"); }))
       return std::nullopt;
     std::vector<std::vector<double>> whole(casters.size()), shadow(casters.size());
     Image expected;
@@ -424,7 +476,7 @@ class SceneRun {
                         options_.quiet);
       line.update({static_cast<double>(k) / kSegmentKinds, kinds[k].segment_count(), 0});
       measured.push_back(measure_kind(*world_, static_cast<SegmentKind>(k), kinds[k], variants, *counter_,
-                                      bvh_ways_.traced[0], options_.repetitions));
+                                      bvh_ways_.traced[0], judge(), options_.repetitions));
       measured.back()["share"] =
           static_cast<double>(all[k]) / static_cast<double>(std::accumulate(all.begin(), all.end(), uint64_t{0}));
     }
@@ -451,6 +503,7 @@ class SceneRun {
   std::vector<Configuration> configurations_;
   std::vector<OpenVariant> open_;
   std::optional<TestCounter> counter_;
+  std::optional<Judge> judge_;
   ShadowWays bvh_ways_;
   Image bvh_image_;
   double tests_scale_ = 1;

@@ -14,8 +14,12 @@
 
 namespace vcd::bench {
 
-inline constexpr const char* kStabilityMethods[] = {"proven", "hybrid", "sampled", "embree", "embree_robust"};
+// Look-ups of three sidecars; a sidecar's hierarchy without look-ups; Embree.
+inline constexpr const char* kStabilityMethods[] = {"proven",    "hybrid", "sampled",
+                                                    "hierarchy", "embree", "embree_robust"};
 inline constexpr size_t kStabilityMethodCount = std::size(kStabilityMethods);
+inline constexpr size_t kLookUpMethods = 3, kHierarchyMethod = 3, kSidecarMethods = 4, kEmbreeMethod = 4,
+                        kRobustMethod = 5;
 
 // One mesh and one set of segments, each method judged by the referee.
 struct StabilityCounts {
@@ -23,7 +27,7 @@ struct StabilityCounts {
 };
 struct StabilityPoint {
   uint64_t rays = 0, blocked = 0;  // the latter by the referee
-  std::string refused;             // why no sidecar could be baked; then the first three counts are 0
+  std::string refused;             // why no sidecar could be baked; then nothing was asked
   StabilityCounts counts[kStabilityMethodCount];
   uint64_t wrong_proven = 0;  // of hybrid's answers, with proofs alone
 };
@@ -55,7 +59,7 @@ struct StabilityOptions {
 };
 
 // All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof
-// was wrong.
+// or a hierarchy was wrong.
 int run_stability(const StabilityOptions& options, const std::string& command, tools::OutputFormat format);
 
 }  // namespace vcd::bench

@@ -12,6 +12,7 @@
 #include "beam.h"
 #include "common/limits.h"
 #include "sampling.h"
+#include "surface.h"
 
 namespace vcd::render {
 namespace {
@@ -23,12 +24,6 @@ double seconds_between(Clock::time_point a, Clock::time_point b) {
 
 constexpr uint32_t kTile = 8;                       // pixels along a tile's side
 constexpr Vec3 kBackground = {0.55f, 0.65f, 0.8f};  // where a camera ray meets nothing
-
-struct SurfacePoint {
-  Vec3 position, normal;  // the normal of unit length, towards the viewer
-  Vec3 colour;
-  uint32_t surface;
-};
 
 // Camera rays of one pixel, traced together.
 class CameraRays {
@@ -68,9 +63,8 @@ class CameraRays {
     const Sample2 corner = strata_.corners[sample];
     const float px = static_cast<float>(x) + corner.x + j.x * strata_.size.x;
     const float py = static_cast<float>(y) + corner.y + j.y * strata_.size.y;
-    const float h = world_.view.half_height, height = static_cast<float>(settings_.height);
-    const float right = (2 * px - static_cast<float>(settings_.width)) / height * h, up = (1 - 2 * py / height) * h;
-    return world_.view.forward + world_.view.right * right + world_.view.up * up;
+    return camera_direction(world_.view, px, py, static_cast<float>(settings_.width),
+                            static_cast<float>(settings_.height));
   }
 
   void set_ray(RTCRayHit16& rays, uint32_t k, Vec3 d) const {
@@ -85,18 +79,9 @@ class CameraRays {
 
   SurfacePoint surface_point(const RTCRayHit16& rays, uint32_t k) const {
     const Vec3 d{rays.ray.dir_x[k], rays.ray.dir_y[k], rays.ray.dir_z[k]};
-    const Vec3 position = world_.view.position + d * rays.ray.tfar[k];
-    const uint32_t instance_id = rays.hit.instID[0][k];
-    if (instance_id == RTC_INVALID_GEOMETRY_ID)
-      return {position, facing(world_.ground.normal, d), world_.ground_colour, kGroundSurface};
-    const uint32_t surface = instance_id - 1;
-    const WorldInstance& instance = world_.instances[surface];
-    Vec3 normal{rays.hit.Ng_x[k], rays.hit.Ng_y[k], rays.hit.Ng_z[k]};
-    if (!world_.single()) normal = instance.to_object.transposed(normal);
-    return {position, facing(unit(normal), d), world_.objects[instance.object].colour, surface};
+    return render::surface_point(world_, world_.view.position, d, rays.ray.tfar[k],
+                                 {rays.hit.Ng_x[k], rays.hit.Ng_y[k], rays.hit.Ng_z[k]}, rays.hit.instID[0][k]);
   }
-
-  static Vec3 facing(Vec3 normal, Vec3 direction) { return dot(normal, direction) > 0 ? normal * -1 : normal; }
 
   const World& world_;
   const RenderSettings& settings_;

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 
 #include <vcd/format/error.h>
 
@@ -21,9 +20,6 @@ struct RenderSettings {
   bool pin = false;              // each thread to a processor of its own, where the system allows
   uint64_t seed = 1;             // of the jitter
 };
-
-// One a thread; made before the threads start.
-using MakeCaster = std::function<std::unique_ptr<ShadowCaster>()>;
 
 struct RenderProgress {
   double fraction;           // of the picture

@@ -55,13 +55,15 @@ SceneQuery query_of(const Bundle& bundle) {
   return query;
 }
 
-From from_of(const World& world, const Bundle& bundle) {
-  if (bundle.surface != kGroundSurface) return From::self;
+From from_of(const World& world, const Bundle& bundle) { return from_of(world, bundle.surface, bundle.segments[0]); }
+
+From from_of(const World& world, uint32_t surface, const Segment& segment) {
+  if (surface != kGroundSurface) return From::self;
   if (!world.single()) return From::outside;
   const PreparedMesh& mesh = world.objects[0].mesh;
   bool inside = true;
   for (size_t a = 0; a < 3; ++a) {
-    const float o = bundle.segments[0].origin[a];
+    const float o = segment.origin[a];
     inside &= o > mesh.box_min[a] && o < mesh.box_max[a];
   }
   return inside ? From::inside : From::outside;

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -36,8 +38,12 @@ class ShadowCaster {
   virtual void cast(const Bundle& bundle, std::span<uint8_t> blocked) = 0;
 };
 
-// Where a bundle begins. In a scene of instances all but what begins on one of them is outside.
+// One a thread; made before the threads start.
+using MakeCaster = std::function<std::unique_ptr<ShadowCaster>()>;
+
+// Where a bundle or a segment begins. In a scene of instances all but what begins on one of them is outside.
 From from_of(const World& world, const Bundle& bundle);
+From from_of(const World& world, uint32_t surface, const Segment& segment);
 
 // What the runtime is asked with, in the world's frame. query_of() refers to the bundle.
 QuadBundle quad_of(const World& world, const Bundle& bundle);

@@ -7,10 +7,11 @@ namespace vcd::render {
 using namespace baker;
 using namespace tools;
 
-Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths) {
+Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths,
+                                    const OpenOptions& options) {
   WorldSidecars sidecars;
   for (const std::string& path : paths) {
-    auto sidecar = Sidecar::open(path);
+    auto sidecar = Sidecar::open(path, options);
     if (!sidecar) return sidecar.error();
     sidecars.files.push_back(std::move(*sidecar));
   }

@@ -20,7 +20,8 @@ struct WorldSidecars {
 
 // Objects are told by the hash of their geometry. Errors: those of Sidecar::open; stale, naming an object's source for
 // which no file has a tree.
-Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths);
+Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::string>& paths,
+                                    const OpenOptions& options = {});
 
 struct WorldBake {
   double seconds = 0;  // of all objects

@@ -4,7 +4,7 @@ import math
 from figures import MIB
 from formats import SUPERSCRIPT, power_of_ten, round_number
 
-SLOT = 44  # pixels that a rate axis keeps for "0 seen"
+SLOT = 47  # pixels that a rate axis keeps for "0 seen": lanes of six methods side by side
 
 
 def decades(low, high):

@@ -1,5 +1,7 @@
 """Which points each chart shows. The drawing, the page and a test all take them from here."""
-from figures import SINGLE, is_configuration
+from figures import HIERARCHY, SINGLE, is_configuration, is_hierarchy
+
+EMBREE = "bvh"
 
 LOOK = {
     "speedup": {"x": "wrong_rate", "y": "speedup", "x_scale": "rate", "y_scale": "linear", "y_range": ("speedup_low", "speedup_high"),
@@ -15,20 +17,30 @@ def point_id(chart, scene, variant):
     return f"point-{chart}-{scene}-{variant}"
 
 
+OF_THEIR_OWN = {EMBREE: "embree", HIERARCHY: "hierarchy"}  # points that are no tree's
+
+
+def takes_part(chart, row):
+    """Where the answers of hierarchies, or Embree's own, were judged they stand beside those of the trees."""
+    return is_configuration(row) or (chart == "speedup" and (row["id"] == EMBREE or is_hierarchy(row)))
+
+
 def scatter(chart, scene):
     """One panel's points, or None where nothing of it was measured."""
     look, points = LOOK[chart], []
+    trees = {row["id"]: row for row in scene["variants"]}
     for row in scene["variants"]:
-        if not is_configuration(row) or row[look["x"]] is None or row[look["y"]] is None:
+        if not takes_part(chart, row) or row[look["x"]] is None or row[look["y"]] is None:
             continue
         if any(look[axis + "_scale"] == "log" and row[look[axis]] <= 0 for axis in "xy"):
             continue
         low, high = (row[k] for k in look.get("y_range", (look["y"], look["y"])))
+        tree = trees.get(row["behind"], row)
         points.append({
-            "id": point_id(chart, scene["name"], row["id"]), "variant": row["id"], "label": row["label"],
-            "method": row["method"], "depth": row["depth"], "samples": row["samples"], "x": row[look["x"]], "y": row[look["y"]],
+            "id": point_id(chart, scene["name"], row["id"]), "variant": row["id"], "label": row["label"], "behind": row["behind"],
+            "method": OF_THEIR_OWN.get(row["id"], tree["method"]), "depth": tree["depth"], "samples": tree["samples"], "x": row[look["x"]], "y": row[look["y"]],
             "y_low": low, "y_high": high, "x_bound": row.get(look.get("x_bound")), "y_bound": row.get(look.get("y_bound")),
-            "area": row.get(look.get("area")), "wrong_rate": row["wrong_rate"], "wrong_bound_95": row["wrong_bound_95"]})
+            "area": tree.get(look.get("area")) if tree["depth"] else None, "wrong_rate": row["wrong_rate"], "wrong_bound_95": row["wrong_bound_95"]})
     if not points:
         return None
     return {"id": f"{chart}-{scene['name']}", "chart": chart, "scene": scene["name"], "title": scene["title"],
@@ -38,8 +50,9 @@ def scatter(chart, scene):
 
 
 def frontier(points):
-    """Variants that no other beats in speed-up and wrong rays at once; Embree itself (1, none wrong) is one to beat."""
-    best, chosen = 1.0, []
+    """Variants that no other beats in speed-up and wrong rays at once. Embree itself is one to beat: with its own wrong rays
+    where they were judged, else with none."""
+    best, chosen = 0.0 if any(p["variant"] == EMBREE for p in points) else 1.0, []
     for p in sorted(points, key=lambda p: (p["x"], -p["y"])):
         if p["y"] > best:
             best = p["y"]

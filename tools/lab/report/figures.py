@@ -3,6 +3,7 @@ import math
 
 MIB = 1024 * 1024
 SINGLE = "bvh-single"  # the BVH, ray by ray: what the paper compares with
+HIERARCHY = "hierarchy"  # the sidecar's own, without look-ups
 PROVED = ("proven", "hybrid")  # methods without a number of samples
 
 
@@ -56,6 +57,11 @@ def is_configuration(row):
     return is_sampled(row) or (row["depth"] is not None and row["method"] in PROVED)
 
 
+def is_hierarchy(row):
+    """Answered without a BVH: by a hierarchy alone, or behind the look-ups of a tree."""
+    return row["id"] == HIERARCHY or row["behind"] is not None
+
+
 def variant_row(scene, variant, bvh):
     """Every figure of one variant; None is what was not measured. Ranges of ratios come from the extremes of both."""
     render, shadow = timing(variant, "render_seconds"), timing(variant, "shadow_seconds")
@@ -82,7 +88,7 @@ def variant_row(scene, variant, bvh):
         "fallback_segments": get("fallback_segments"), "resolved_share": divide(get("resolved_segments"), get("segments")),
         "wrong": get("wrong"), "wrong_resolved": get("wrong_resolved"), "wrong_rate": get("wrong_rate"),
         "wrong_bound_95": get("wrong_bound_95"), "rmse": get("rmse"), "max_difference": get("max_difference"),
-        "identical_image": get("identical_image")}
+        "identical_image": get("identical_image"), "behind": get("behind")}
 
 
 def counts(item):
@@ -133,7 +139,7 @@ def scene_figures(scene):
     bvh = next((v for v in scene["variants"] if v["id"] == "bvh"), {"id": "bvh"})
     return {
         "name": scene["name"], "title": scene.get("title", scene["name"]), "status": scene.get("status", "unknown"),
-        "error": scene.get("error"), "source": scene.get("source"), "triangles": scene.get("triangles"),
+        "error": scene.get("error"), "judge": scene.get("judge", "Embree"), "source": scene.get("source"), "triangles": scene.get("triangles"),
         "instances": scene.get("instances"), "placed_triangles": scene.get("placed_triangles"),
         "objects": scene.get("objects"), "lights": scene.get("lights"), "shadow_segments": scene.get("shadow_segments"),
         "bvh_build_seconds": scene.get("bvh", {}).get("build_seconds"),

@@ -4,16 +4,23 @@ from wording import METHODS
 
 MARKERS = ("o", "s", "^", "D", "v", "P")  # by depth; as many as canvas.py has colours for series
 OF_METHOD = {"proven": "*", "hybrid": "X"}
+KEY_LINE = 16  # pixels from a row of a key to the next
 GROWN = {"*": 1.45, "X": 1.1}  # thin shapes are drawn larger
 
 
+OF_NO_TREE = {"hierarchy": ("h", "ink"), "embree": ("d", "ink")}
+
+
 def look(point, depths):
-    """(shape, colour) of a tree's point."""
+    """(shape, colour) of a tree's point, with Embree or a hierarchy behind it; or of one that is no tree's."""
+    if point["method"] in OF_NO_TREE:
+        return OF_NO_TREE[point["method"]]
     i = depths.index(point["depth"]) % len(MARKERS)
     return OF_METHOD.get(point["method"], MARKERS[i]), f"c{i}"
 
 
-OF_SERIES = {"proven": ("*", "c2"), "hybrid": ("X", "c0"), "sampled": ("o", "c1"), "embree": ("s", "c3"), "embree_robust": ("D", "c4")}
+OF_SERIES = {"proven": ("*", "c2"), "hybrid": ("X", "c0"), "sampled": ("o", "c1"), "hierarchy": ("^", "c5"),
+             "embree": ("s", "c3"), "embree_robust": ("D", "c4")}
 
 
 def series_look(method, methods):
@@ -25,15 +32,23 @@ def grown(shape, size):
     return size * GROWN.get(shape, 1)
 
 
+def without_bvh(point):
+    """Drawn hollow."""
+    return point["method"] == "hierarchy" or point.get("behind") is not None
+
+
 def lane(point, points):
     """(which, of how many) lanes of zeros: a method each, so that they do not hide one another; sampled alone has the middle."""
-    methods = [m for m in (*PROVED, "sampled") if any(p["method"] == m for p in points)]
+    methods = [m for m in (*PROVED, "sampled", *OF_NO_TREE) if any(p["method"] == m for p in points)]
     return methods.index(point["method"]), len(methods)
 
 
 def short_name(point):
-    """What stands beside a point: the sample rays a cell; proofs take none, so there the depth."""
-    return f"d{point['depth']}" if point["method"] in PROVED else str(point["samples"])
+    """What stands beside a point: the sample rays a cell; proofs take none, so there the depth. +H: a hierarchy behind it."""
+    if point["method"] in OF_NO_TREE:
+        return {"hierarchy": "H", "embree": "E"}[point["method"]]
+    name = f"d{point['depth']}" if point["method"] in PROVED else str(point["samples"])
+    return name + ("+H" if without_bvh(point) else "")
 
 
 def depth_key(canvas, right, y, present, depths):
@@ -47,13 +62,18 @@ def depth_key(canvas, right, y, present, depths):
     canvas.text(right + 2, y, "depth", "muted", 12.5, "right")
 
 
-def series_key(canvas, left, y, methods):
+def series_key(canvas, left, y, right, methods):
+    """Row by row, each as long as there is room."""
+    at = left
     for method in methods:
         shape, colour = series_look(method, methods)
         text = METHODS.get(method, method)
-        canvas.marker(left + 4, y, shape, colour, grown(shape, 7.5))
-        canvas.text(left + 11, y, text, "muted", 11.5)
-        left += 20 + 6.9 * len(text)
+        length = 20 + 6.9 * len(text)
+        if at > left and at + length > right:
+            at, y = left, y + KEY_LINE
+        canvas.marker(at + 4, y, shape, colour, grown(shape, 7.5))
+        canvas.text(at + 11, y, text, "muted", 11.5)
+        at += length
 
 
 def method_key(canvas, left, y, points):

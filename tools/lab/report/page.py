@@ -7,7 +7,7 @@ import dominance_part
 import html_parts as parts
 import stability_part
 import trend_part
-from figures import is_configuration
+from figures import is_configuration, is_hierarchy
 from wording import KINDS
 
 HERE = pathlib.Path(__file__).parent
@@ -35,7 +35,7 @@ def summary(scenes):
     """Per scene one sentence, from the figures alone."""
     items = ""
     for scene in scenes:
-        rows = [r for r in scene["variants"] if r["speedup"] is not None and is_configuration(r)]
+        rows = [r for r in scene["variants"] if r["speedup"] is not None and (is_configuration(r) or is_hierarchy(r))]
         if not rows:
             why = scene["error"] or "not run"
             items += f'<li><b>{escape(scene["title"])}</b><span class="big none">–</span><small>{escape(why)}</small></li>'
@@ -83,7 +83,9 @@ def build(report, charts, hard, compares):
 <section id="speedup"><h2>Speed-up against wrong rays</h2>
 <p>Up is faster, left is more exact. Speed-up counts only the time spent on shadow rays; whiskers reach from the slowest against
 the fastest repetition to the reverse. A point’s number is its sample rays a cell; proven and hybrid trees, which have shapes of their own, show their depth (d5)
-instead. Its area grows with the square root of the trees’ memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
+instead. Filled points leave to Embree what look-ups do not decide; hollow ones (+H) leave it to the sidecar’s hierarchy, and
+H has no look-ups at all. Where exact arithmetic judges (one object in one place), Embree itself is a point, E; elsewhere wrong means other than
+Embree. A tree’s area grows with the square root of its memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
 bound. {axes}</p>
 {charted("speedup")}{dominance_part.all_of(report["dominance"], tables)}</section>
 <section id="bake"><h2>Bake time against wrong rays</h2>

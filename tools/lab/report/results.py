@@ -22,7 +22,7 @@ TIMING = {"median": NUMBER, "minimum": NUMBER, "maximum": NUMBER}
 COUNTS = {"kind": TEXT, "segments": NUMBER, "resolved": NUMBER, "blocked": NUMBER, "clear": NUMBER, "wrong": NUMBER,
           "wrong_resolved": NUMBER, "wrong_bound_95": NUMBER}
 VARIANT = {
-    "id": TEXT, "label": TEXT, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
+    "id": TEXT, "label": TEXT, "behind": TEXT, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
     "tests": NUMBER, "bake_seconds": NUMBER, "bake_rays": NUMBER, "memory_bytes": NUMBER, "file_bytes": NUMBER,
     "ship_bytes": NUMBER, "segments": NUMBER, "fallback_segments": NUMBER, "resolved_segments": NUMBER, "wrong": NUMBER,
     "wrong_resolved": NUMBER, "wrong_rate": NUMBER, "wrong_bound_95": NUMBER, "rmse": NUMBER, "max_difference": NUMBER,
@@ -30,7 +30,7 @@ VARIANT = {
     "kinds": [COUNTS], "images": {"shaded": TEXT, "tests": TEXT, "fallback": TEXT, "difference": TEXT}}
 KIND = {"kind": TEXT, "segments": NUMBER, "share": NUMBER, "best_embree": TEXT, "embree": [{"name": TEXT, "ns": TIMING}],
         "vcd": [{"variant": TEXT, "lookup_ns": TIMING, "ns": TIMING, **COUNTS}]}
-SCENE = {"name": TEXT, "title": TEXT, "source": TEXT, "status": TEXT, "error": TEXT, "triangles": NUMBER,
+SCENE = {"name": TEXT, "title": TEXT, "source": TEXT, "status": TEXT, "error": TEXT, "judge": TEXT, "triangles": NUMBER,
          "instances": NUMBER, "placed_triangles": NUMBER, "objects": NUMBER, "lights": NUMBER, "shadow_segments": NUMBER,
          "bvh": {"build_seconds": NUMBER, "memory_bytes": NUMBER}, "packets": {"bvh": TEXT, "vcd": TEXT},
          "variants": [VARIANT], "kinds": [KIND]}

@@ -5,7 +5,7 @@ from axis import SLOT, Axis, scaled, tick_mark
 from canvas import STAND_IN, Canvas
 from figures import MIB
 from formats import show
-from marks import depth_key, grown, lane, look, method_key, short_name
+from marks import depth_key, grown, lane, look, method_key, short_name, without_bvh
 
 WIDTH, HEIGHT = 380, 336
 LEFT, RIGHT, TOP, BOTTOM = 66, 24, 60, 50
@@ -43,7 +43,7 @@ def draw(chart, group, depths):
     x = Axis(chart["x_scale"], extent(group, "x"), LEFT, WIDTH - RIGHT, UNIT.get((kind, "x"), ""))
     y = Axis(chart["y_scale"], extent(own, "y"), HEIGHT - BOTTOM, TOP, UNIT.get((kind, "y"), ""))
     data = frame(canvas, chart, x, y)
-    depth_key(canvas, WIDTH - RIGHT, 14, sorted({p["depth"] for p in chart["points"]}), depths)
+    depth_key(canvas, WIDTH - RIGHT, 14, sorted({p["depth"] for p in chart["points"]} - {None}), depths)
     method_key(canvas, 4, HEIGHT - 10, chart["points"])
     if kind == "speedup":
         reference(canvas, chart, x, y)
@@ -54,7 +54,7 @@ def draw(chart, group, depths):
         shape, colour = look(p, depths)
         size = grown(shape, diameter(p["area"], largest))
         whiskers(canvas, p, px, py, x, y, colour, size)
-        canvas.marker(px, py, shape, colour, size, gid=p["id"], alpha=0.85)
+        canvas.marker(px, py, shape, colour, size, gid=p["id"], alpha=0.85, filled=not without_bvh(p))
         data[p["id"]] = {"class": "point", "data": {"x": p["x"], "y": p["y"], "variant": p["variant"], "method": p["method"]}, "tip": tip(chart, p)}
         spots.append((px, py, size, p))
     for px, py, size, p in spots:
@@ -125,7 +125,8 @@ def reference(canvas, chart, x, y):
         canvas.text(right, y(chart["single"]) + 9, "Embree, ray by ray", "muted", 12, "right")
     best = {p["variant"]: p for p in chart["points"]}
     corners = [best[v] for v in chart["frontier"]]
-    xs, ys = [LEFT], [y(1)]
+    judged = any(p["method"] == "embree" for p in chart["points"])  # else it is the first corner, with no wrong ray
+    xs, ys = ([x(corners[0]["x"], *lane(corners[0], chart["points"]))], [y(corners[0]["y"])]) if judged else ([LEFT], [y(1)])
     for p in corners:
         xs += [x(p["x"], *lane(p, chart["points"]))] * 2
         ys += [ys[-1], y(p["y"])]

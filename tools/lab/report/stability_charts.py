@@ -6,11 +6,12 @@ from itertools import pairwise
 from axis import SLOT, Axis, tick_mark
 from canvas import Canvas
 from formats import show
-from marks import grown, series_key, series_look
+from marks import KEY_LINE, grown, series_key, series_look
 from scatter import BOTTOM, HEIGHT, LEFT, RIGHT, WIDTH, broken, frame
 from stability_data import label_of
 
-SIZE, TOP, KEY_ROW = 7, 74, 57
+SIZE, KEY_ROW = 7, 57
+TOP = 74 + KEY_LINE  # below two rows of the key
 NAMES, SUBLANE, BAND_GAP = 134, 7.5, 8  # of the panels with names: their width, and the heights
 NONE = "0 of N"
 VALUE = {"wrong": ("rate", "rate", "wrong of the rays answered"), "resolved": ("share", "linear", "answered")}
@@ -54,7 +55,7 @@ def draw_scale(chart, shared):
     x = Axis(chart["x_scale"], along, LEFT, WIDTH - RIGHT, "power")
     y = value_axis(chart, shared, HEIGHT - BOTTOM, TOP)
     data = frame(canvas, chart, x, y, TOP, NONE)
-    series_key(canvas, 4, KEY_ROW, chart["methods"])
+    series_key(canvas, 4, KEY_ROW, WIDTH, chart["methods"])
     for i, gap in enumerate(chart["refused"]):
         at, bottom = x(gap["along"]), HEIGHT - BOTTOM
         first, last = max(at - 7, LEFT), min(at + 7, WIDTH - RIGHT)
@@ -89,7 +90,7 @@ def draw_names(chart, shared):
     canvas.text(4, 14, chart["title"], size=15, weight="bold")
     canvas.text(4, 38, "↓ " + chart["y_label"], "muted", 12.5)
     canvas.text(right, height - 10, chart["x_label"] + " →", "muted", 12.5, "right")
-    series_key(canvas, 4, KEY_ROW, chart["methods"])
+    series_key(canvas, 4, KEY_ROW, WIDTH, chart["methods"])
     if x.scale == "rate":
         canvas.rectangle(NAMES, TOP, SLOT - 6, bottom - TOP, "slot")
     for v in x.ticks:

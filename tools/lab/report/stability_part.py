@@ -65,8 +65,8 @@ def all_of(stability, charts, tables):
     items = "".join(one(w) for w in stability["worst"])
     return f'''<section id="stability"><h2>Stability</h2>
 <p>One parameter after the other is driven to its extremes, and every answer judged in exact arithmetic. Large: the worst rate of
-wrong answers that a method shows at any point of any sweep, of those that it gave; sidecars leave the others to the BVH, Embree
-has to answer all.</p>
+wrong answers that a method shows at any point of any sweep, of those that it gave; look-ups leave the others to the hierarchy or the BVH,
+which have to answer all.</p>
 <ul class="summary methods" aria-label="Worst rate of wrong answers, by method">{items}</ul>
 <p>In the left panels the rate’s axis is logarithmic down to a grey row, “0 of N”: none wrong of the N rays that the method answered
 at that point, which bounds the rate but does not make it zero; a mark’s tooltip has N and the 95 % bound. Where a method answered nothing it has no rate, and where it

@@ -1,5 +1,5 @@
 """The tables of the page as data: columns with their formats, rows in one section a scene."""
-from figures import is_configuration
+from figures import is_configuration, is_hierarchy
 
 
 def column(key, label, kind, group=None):
@@ -22,7 +22,7 @@ def configurations(scene):
 def scenes_table(scenes):
     columns = [column("status", "State", "text"), column("source", "Source", "text"), column("triangles", "Triangles", "count"),
                column("instances", "Instances", "count"), column("placed_triangles", "Triangles placed", "count"),
-               column("lights", "Lights", "count"), column("shadow_segments", "Shadow rays an image", "count"),
+               column("lights", "Lights", "count"), column("judge", "Judged by", "text"), column("shadow_segments", "Shadow rays an image", "count"),
                column("bvh_build_seconds", "BVH build, s", "seconds"), column("bvh_memory_bytes", "BVH memory, MiB", "mib"),
                column("packets_bvh", "Embree's way, BVH", "text"), column("packets_vcd", "Embree's way, fallback", "text")]
     return {"id": "scenes", "caption": "The scenes", "head": "Scene", "columns": columns, "sections": [
@@ -37,7 +37,7 @@ def speedup_table(scenes):
         column("wrong", "Wrong rays", "count"), column("wrong_rate", "Wrong", "percent"),
         column("wrong_bound_95", "95 % bound", "percent"), column("memory_bytes", "Memory, MiB", "mib"),
         column("rmse", "RMSE", "number"), column("max_difference", "Largest difference", "number")],
-        [(s, [r for r in s["variants"] if r["id"] == "bvh" or is_configuration(r)]) for s in scenes])
+        [(s, [r for r in s["variants"] if r["id"] == "bvh" or is_configuration(r) or is_hierarchy(r)]) for s in scenes])
 
 
 def bake_table(scenes):

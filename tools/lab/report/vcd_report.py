@@ -32,7 +32,7 @@ def make(folder):
     stability = stability_data.figures_of(folder)
     scenes = [figures.scene_figures(s) for s in results["scenes"]]
     drawn, short = chart_data.all_charts(scenes), figures.short_setting(results)
-    depths = sorted({p["depth"] for c in drawn for p in c["points"]})
+    depths = sorted({p["depth"] for c in drawn for p in c["points"]} - {None})
     speedups = [c for c in drawn if c["chart"] == "speedup"]
     sweeps = stability_charts.charts(stability)
     dominances = dominance.all_scenes(scenes)

@@ -1,0 +1,39 @@
+// The shadow rays of a path tracer, kept: to be timed again and again.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <vcd/format/segment.h>
+#include <vcd/runtime/look_up_policy.h>
+
+#include "world.h"
+
+namespace vcd::render {
+
+inline constexpr uint32_t kMostBounces = 4;
+
+struct PathSettings {
+  size_t paths = 100'000;
+  uint32_t bounces = kMostBounces;  // 1 … kMostBounces: surface points of a path, with a shadow ray each
+  uint64_t seed = 1;
+};
+
+// A shadow ray, in the world's frame.
+struct PathRay {
+  Segment segment;
+  uint32_t surface;  // that it begins on: an instance, or kGroundSurface
+  From from;         // the object's box it begins; in a scene of instances: outside, or self
+  uint32_t path;
+  uint32_t bounce;  // 1: at the surface that the camera sees
+};
+
+// Paths through a picture of three by two, in Morton order, as many as the next square number. Surfaces are matte and
+// two-sided. At each surface point one light is chosen, all alike, the sky being one of them, and a shadow ray goes to
+// a random point of it: to a rectangle as a segment from 0 to 1, to the sky without an end. Those below the surface, or
+// to a rectangle's back, are not cast. The path goes on where a ray meets something, in a direction that the cosine
+// weighs, and ends after its last bounce. The same world and settings give the same rays, path by path and bounce by
+// bounce, whoever answers them: light is not followed, so no answer changes a path.
+std::vector<PathRay> trace_paths(const World& world, const PathSettings& settings);
+
+}  // namespace vcd::render
