@@ -263,7 +263,7 @@ TEST_F(WithAHierarchy, S24_StatisticsAreRefusedWithProvenOnly) {
   const PreparedMesh mesh = *prepare(leaves(80));
   const Referee referee(mesh);
   int wrong = 0;
-  for (const Segment& s : audit_segments(mesh, AuditKind::uniform, 5, 20000)) {
+  for (const Segment& s : audit_segments(mesh, AuditKind::uniform, 5, kSanitized ? 4000 : 20000)) {
     const bool expected = referee.occluded(s);
     EXPECT_EQ(sure.object(0).occluded(s), expected);
     wrong += all.object(0).occluded(s) != expected;

@@ -28,6 +28,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+constexpr int kShare = kSanitized ? 6 : 1;  // of each test's segments
 
 // A mesh with its hierarchy and its judge.
 struct Subject {
@@ -136,7 +137,7 @@ TEST(Hierarchy, IsExactOnLinesThatAreAimedAndOnOthers) {
     SCOPED_TRACE(describe(source));
     const Subject subject(std::move(source));
     for (size_t kind = 0; kind < kAuditKinds; ++kind) {
-      std::vector<Segment> segments = audit_segments(subject.mesh, static_cast<AuditKind>(kind), 7, 1500);
+      std::vector<Segment> segments = audit_segments(subject.mesh, static_cast<AuditKind>(kind), 7, 1500 / kShare);
       for (size_t i = 0; i < segments.size(); i += 5) segments[i].t_min = -kInfinity, segments[i].t_max = kInfinity;
       expect_exact(subject, segments);
     }
@@ -150,7 +151,7 @@ TEST(Hierarchy, IsExactAtTheEndsOfSegments) {
     SCOPED_TRACE(describe(source));
     const Subject subject(std::move(source));
     std::vector<Segment> segments;
-    for (int i = 0; i < 2000; ++i) {
+    for (int i = 0; i < 2000 / kShare; ++i) {
       const Position from = i % 3 ? subject.between(random, 0.5f) : subject.on_surface(random),
                      to = i % 4 ? subject.on_surface(random)
                                 : subject.mesh
@@ -171,7 +172,7 @@ TEST(Hierarchy, IsExactFromFarAway) {
     SCOPED_TRACE(describe(source));
     const Subject subject(std::move(source));
     std::vector<Segment> segments;
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 1000 / kShare; ++i) {
       const Position to = subject.on_surface(random);
       const float distance = subject.extent() * std::exp2(random.between(0, 60));
       Segment s{{}, 0, {}, 2};
@@ -198,7 +199,7 @@ TEST(Hierarchy, AnswersAnySegmentLikeTheReferee) {
     return random.below(3) ? random.between(-2, 2) : kOdd[random.below(std::size(kOdd))];
   };
   std::vector<Segment> segments;
-  for (int i = 0; i < 20000; ++i) segments.push_back({{any(), any(), any()}, any(), {any(), any(), any()}, any()});
+  for (int i = 0; i < 20000 / kShare; ++i) segments.push_back({{any(), any(), any()}, any(), {any(), any(), any()}, any()});
   expect_exact(subject, segments);
 }
 
@@ -239,7 +240,7 @@ TEST(Hierarchy, IsExactFromOnePoint) {
   for (SourceMesh& source : subjects()) {
     SCOPED_TRACE(describe(source));
     const Subject subject(std::move(source));
-    for (int i = 0; i < 120; ++i) {
+    for (int i = 0; i < 120 / kShare; ++i) {
       Directions directions;
       directions.origin = i % 4 == 0   ? subject.between(random, 2)
                           : i % 4 == 1 ? subject.between(random, 0)
@@ -298,7 +299,7 @@ TEST(Occluded, IsExactWhetherItLooksUpOrNot) {
         const Object object = sidecar.object(0);
         ASSERT_TRUE(object.has_hierarchy());
         for (size_t kind = 0; kind < kAuditKinds; ++kind) {
-          const auto segments = audit_segments(baked.subject.mesh, static_cast<AuditKind>(kind), 3, 700);
+          const auto segments = audit_segments(baked.subject.mesh, static_cast<AuditKind>(kind), 3, 700 / kShare);
           for (const From from : {From::outside, From::inside, From::self}) {
             std::vector<uint64_t> blocked((segments.size() + 63) / 64);
             object.occluded(segments, blocked, from);
@@ -330,7 +331,7 @@ TEST(Occluded, IsExactForEveryKindOfBundle) {
     for (const LookUpFirst look_up : {LookUpFirst::always, LookUpFirst::never}) {
       const Sidecar sidecar = baked.open(look_up);
       FloatRandom random(11);
-      for (int i = 0; i < 60; ++i) {
+      for (int i = 0; i < 60 / kShare; ++i) {
         const size_t count = i % 3 == 0 ? 700 : 1 + random.below(200);
         const Position from = i % 2 ? baked.subject.between(random, 1) : baked.subject.on_surface(random),
                        light = baked.subject.between(random, 3);
@@ -446,7 +447,7 @@ TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
       FloatRandom random(13);
       std::vector<Segment> segments;
       std::vector<uint32_t> origins;
-      for (int i = 0; i < 500; ++i) {
+      for (int i = 0; i < 500 / kShare; ++i) {
         Segment s{};
         for (int a = 0; a < 3; ++a) s.origin[a] = random.between(-9, 9), s.direction[a] = random.between(-9, 9);
         s.t_max = i % 50 == 0 ? kInfinity : 1;
@@ -466,7 +467,7 @@ TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
             ASSERT_EQ(scene->occluded(segments[i], one), expected) << i;
           }
         }
-      for (int i = 0; i < 40; ++i) {
+      for (int i = 0; i < 40 / kShare; ++i) {
         const size_t count = 1 + random.below(300);
         std::vector<float> u(count), v(count);
         for (size_t k = 0; k < count; ++k) u[k] = random.uniform(), v[k] = random.uniform();
