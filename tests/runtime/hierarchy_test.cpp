@@ -199,7 +199,8 @@ TEST(Hierarchy, AnswersAnySegmentLikeTheReferee) {
     return random.below(3) ? random.between(-2, 2) : kOdd[random.below(std::size(kOdd))];
   };
   std::vector<Segment> segments;
-  for (int i = 0; i < 20000 / kShare; ++i) segments.push_back({{any(), any(), any()}, any(), {any(), any(), any()}, any()});
+  for (int i = 0; i < 20000 / kShare; ++i)
+    segments.push_back({{any(), any(), any()}, any(), {any(), any(), any()}, any()});
   expect_exact(subject, segments);
 }
 
