@@ -13,6 +13,11 @@ SMALL = ("--size", "24x16", "--repetitions", "1", "--trees", "2x16,3x81", "-q")
 SCENES = ("--scene", "forest,instances=4,species=2,leaves=30")
 
 
+def timed(*trees):
+    """The variants of a scene with these trees: each with Embree behind it and with its hierarchy."""
+    return {"bvh", "bvh-single", "unclassified", "hierarchy", *trees, *(f"{t}-hierarchy" for t in trees)}
+
+
 class PaperRun(Case):
     def setUp(self):
         super().setUp()
@@ -34,7 +39,7 @@ class PaperRun(Case):
         for scene in results["scenes"]:
             self.assertEqual(scene["status"], "complete")
             variants = {v["id"]: v for v in scene["variants"]}
-            self.assertEqual(set(variants), {"bvh", "bvh-single", "unclassified", "d2-n16", "d3-n81"})
+            self.assertEqual(set(variants), timed("d2-n16", "d3-n81"))
             for v in variants.values():
                 self.assertLessEqual(v["render_seconds"]["minimum"], v["render_seconds"]["median"])
                 self.assertGreater(v["shadow_seconds"]["median"], 0)
@@ -42,6 +47,17 @@ class PaperRun(Case):
             if scene["name"] == "leaves":  # frames of instances are rounded otherwise than Embree's
                 self.assertTrue(variants["unclassified"]["identical_image"])
                 self.assertEqual(variants["unclassified"]["max_difference"], 0)
+                self.assertEqual(scene["judge"], "exact arithmetic")
+                self.assertEqual(variants["hierarchy"]["wrong"], 0)
+                self.assertEqual(variants["unclassified"]["wrong"], variants["bvh"]["wrong"])
+            else:
+                self.assertEqual(scene["judge"], "Embree")
+                self.assertNotIn("wrong", variants["bvh"])
+            for name in timed("d2-n16", "d3-n81") - {"bvh", "bvh-single", "unclassified", "d2-n16", "d3-n81"}:
+                v = variants[name]
+                self.assertEqual((v["segments"], v["fallback_segments"]), (scene["shadow_segments"], 0))
+                self.assertEqual(v["wrong"], sum(k["wrong"] for k in v["kinds"]))
+                self.assertEqual(v.get("behind"), {"hierarchy": None}.get(name, name.removesuffix("-hierarchy")))
             # A sidecar without classes answers only what passes every box by.
             self.assertTrue(all(k["blocked"] == 0 for k in variants["unclassified"]["kinds"]))
             for name in ("d2-n16", "d3-n81", "unclassified"):
@@ -75,7 +91,7 @@ class PaperRun(Case):
         first = {v["id"]: v for v in self.results()["scenes"][0]["variants"]}
         self.run_program("vc-bench", *SCENES, *SMALL[:-2], "2x16,3x81,3x16", "-q", "-o", self.out, env={**os.environ, "VCD_PYTHON": "/bin/true"})
         second = {v["id"]: v for v in self.results()["scenes"][0]["variants"]}
-        self.assertEqual(set(second) - set(first), {"d3-n16"})
+        self.assertEqual(set(second) - set(first), {"d3-n16", "d3-n16-hierarchy"})
         self.assertEqual(first["d3-n81"]["bake_seconds"], second["d3-n81"]["bake_seconds"])
         self.assertNotEqual(first["d3-n81"]["render_seconds"], second["d3-n81"]["render_seconds"])
 
@@ -84,7 +100,7 @@ class PaperRun(Case):
         self.run_program("vc-bench", *SCENES, *SMALL[:-2], "2x81", "-q", "-o", self.out, env={**os.environ, "VCD_PYTHON": "/bin/true"})
         scene = self.results()["scenes"][0]
         self.assertEqual({v["id"] for v in scene["variants"] if "render_seconds" in v},
-                         {"bvh", "bvh-single", "unclassified", "d2-n16", "d3-n81", "d2-n81"})
+                         timed("d2-n16", "d3-n81", "d2-n81"))
         self.assertEqual({v["variant"] for v in scene["kinds"][0]["vcd"]}, {"d2-n16", "d3-n81", "d2-n81"})
 
     def test_a_scene_of_other_options_is_not_mixed_in(self):

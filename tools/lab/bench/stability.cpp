@@ -26,6 +26,8 @@ struct StabilityMesh {
   std::vector<AlignedBytes> files;
   std::vector<Sidecar> sidecars;  // proven, hybrid, sampled; asked without look-ups; and hybrid by proofs alone
 
+  std::string no_hierarchy;  // why they have none; empty: they have
+
   Object object(size_t sidecar) const { return sidecars[sidecar].object(0); }
 };
 
@@ -40,12 +42,13 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   auto robust = Tracer::build(prepared->positions, prepared->triangles, TraceMode::robust);
   if (!fast || !robust) return fast ? robust.error() : fast.error();
   Referee referee(*prepared);
-  StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}};
+  StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}, {}};
   for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
     BakeOptions options;
     options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
     const auto baked = bake(made.mesh, options);
     if (!baked) return baked.error();
+    made.no_hierarchy = baked->without_hierarchy;
     SidecarToWrite file;
     file.objects = {baked->to_write()};
     auto bytes = sidecar_bytes(file);
@@ -66,6 +69,7 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
 StabilityPoint ask(const StabilityMesh& subject, const SegmentMaker& maker, uint64_t rays, uint64_t seed) {
   StabilityPoint point;
   point.rays = rays;
+  point.no_hierarchy = subject.no_hierarchy;
   Random random(seed);
   std::vector<Segment> segments(rays);
   for (Segment& segment : segments) segment = maker(subject.mesh, random);
@@ -83,11 +87,13 @@ StabilityPoint ask(const StabilityMesh& subject, const SegmentMaker& maker, uint
       point.counts[m].wrong += is_wrong(answer);
     }
     point.wrong_proven += is_wrong(subject.object(kHybridByProofs).classify(segments[i]));
-    point.counts[kHierarchyMethod].wrong += subject.object(kHierarchyMethod).occluded(segments[i]) != blocked;
+    if (point.no_hierarchy.empty())
+      point.counts[kHierarchyMethod].wrong += subject.object(kHierarchyMethod).occluded(segments[i]) != blocked;
     point.counts[kEmbreeMethod].wrong += subject.fast.occluded(segments[i]) != blocked;
     point.counts[kRobustMethod].wrong += subject.robust.occluded(segments[i]) != blocked;
   }
-  for (size_t m : {kHierarchyMethod, kEmbreeMethod, kRobustMethod}) point.counts[m].resolved = rays;
+  if (point.no_hierarchy.empty()) point.counts[kHierarchyMethod].resolved = rays;
+  point.counts[kEmbreeMethod].resolved = point.counts[kRobustMethod].resolved = rays;
   return point;
 }
 
@@ -204,17 +210,20 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
         for (size_t m = 0; m < kSidecarMethods; ++m) point["refused"][kStabilityMethods[m]] = p.refused;
         if (format == OutputFormat::text) std::printf("  %-22s refused: %s\n", x.c_str(), p.refused.c_str());
       } else {
+        if (!p.no_hierarchy.empty()) point["refused"][kStabilityMethods[kHierarchyMethod]] = p.no_hierarchy;
         for (size_t m = 0; m < kStabilityMethodCount; ++m)
-          point["results"][kStabilityMethods[m]] = {{"wrong", p.counts[m].wrong}, {"resolved", p.counts[m].resolved}};
+          if (m != kHierarchyMethod || p.no_hierarchy.empty())
+            point["results"][kStabilityMethods[m]] = {{"wrong", p.counts[m].wrong}, {"resolved", p.counts[m].resolved}};
         const auto cell = [](const StabilityCounts& c) {
           return std::to_string(c.wrong) + " of " + std::to_string(c.resolved);
         };
+        const std::string hierarchy =
+            p.no_hierarchy.empty() ? std::to_string(p.counts[kHierarchyMethod].wrong) : "none";
         if (format == OutputFormat::text)
-          std::printf("  %-22s %8llu %8llu %16s %16s %16s %9llu %8llu %8llu\n", x.c_str(),
+          std::printf("  %-22s %8llu %8llu %16s %16s %16s %9s %8llu %8llu\n", x.c_str(),
                       static_cast<unsigned long long>(p.rays), static_cast<unsigned long long>(p.blocked),
                       cell(p.counts[0]).c_str(), cell(p.counts[1]).c_str(), cell(p.counts[2]).c_str(),
-                      static_cast<unsigned long long>(p.counts[kHierarchyMethod].wrong),
-                      static_cast<unsigned long long>(p.counts[kEmbreeMethod].wrong),
+                      hierarchy.c_str(), static_cast<unsigned long long>(p.counts[kEmbreeMethod].wrong),
                       static_cast<unsigned long long>(p.counts[kRobustMethod].wrong));
         std::fflush(stdout);
       }

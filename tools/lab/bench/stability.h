@@ -28,6 +28,7 @@ struct StabilityCounts {
 struct StabilityPoint {
   uint64_t rays = 0, blocked = 0;  // the latter by the referee
   std::string refused;             // why no sidecar could be baked; then nothing was asked
+  std::string no_hierarchy;        // why a sidecar that could be baked has none; then it was not asked
   StabilityCounts counts[kStabilityMethodCount];
   uint64_t wrong_proven = 0;  // of hybrid's answers, with proofs alone
 };

@@ -106,8 +106,9 @@ def tables(stability):
 def table(sweep, methods):
     columns = [column("rays", "Rays", "count"), column("blocked", "blocked", "count")]
     for m in methods:
-        columns += [column(f"{m}_wrong", "wrong", "count", label_of(m)), column(f"{m}_rate", "of answers", "percent", label_of(m)),
-                    column(f"{m}_share", "answered", "percent", label_of(m))]
+        columns += [column(f"{m}_wrong", "wrong", "count", label_of(m)), column(f"{m}_rate", "of answers", "percent", label_of(m))]
+        if any(r[f"{m}_share"] not in (None, 1) for r in sweep["rows"]):  # else it answers all that it is asked
+            columns.append(column(f"{m}_share", "answered", "percent", label_of(m)))
     rows = [{"id": r["id"], "label": r["label"], **{c["key"]: r[c["key"]] for c in columns}} for r in sweep["rows"]]
     return {"id": f"stability-{sweep['id']}", "caption": f"{sweep['title']} (–: refused, or nothing answered)", "absent": "–", "head": sweep["parameter"], "columns": columns,
             "sections": [{"scene": None, "title": None, "error": None, "rows": rows}]}
