@@ -261,5 +261,17 @@ TEST(Hierarchy, TakesItsBytesOfTheBudgetOrIsLeftOut) {
   EXPECT_TRUE(without->to_write().hierarchy.empty());
 }
 
+// A look-up answers most lines through a sphere, and hardly any through thin leaves whose cells are coarse.
+TEST(Hierarchy, SaysWhereLookUpsBeforeItPay) {
+  const auto flags_of = [](const SourceMesh& source, bool with_hierarchy) {
+    BakeOptions options = proven(with_hierarchy ? 3 : 2);
+    options.hierarchy = with_hierarchy;
+    return must_bake(source, options).record.flags;
+  };
+  EXPECT_EQ(flags_of(sphere(60, 120), true) & kLookUpFromOutside, kLookUpFromOutside);
+  EXPECT_EQ(flags_of(leaves(40), true), 0);
+  EXPECT_EQ(flags_of(sphere(), false), 0);
+}
+
 }  // namespace
 }  // namespace vcd::test
