@@ -38,9 +38,10 @@ HWY_INLINE Nearness make_near_ray(const Traced& object, const Segment& segment, 
   const float per_length = 1 / length;
   const auto one = hn::Set(d, 1.0f);
   auto direction = hn::Mul(given, hn::Set(d, per_length));
-  direction = hn::CopySign(hn::Max(hn::Abs(direction), hn::Set(d, 0x1p-40f)), direction);
+  const auto sign = hn::And(direction, hn::Set(d, -0.0f));  // Clang 14 loses CopySign() of a constant
+  direction = hn::Or(hn::Max(hn::Abs(direction), hn::Set(d, 0x1p-40f)), sign);
   const auto longest = hn::Ge(size, hn::Set(d, length));
-  direction = hn::IfThenElse(longest, hn::CopySign(one, direction), direction);
+  direction = hn::IfThenElse(longest, hn::Or(one, sign), direction);
   const auto reciprocal = hn::Div(one, direction), steep = hn::Abs(reciprocal);
 
   const float first = (segment.t_min - base.t) * length, last = (segment.t_max - base.t) * length;
