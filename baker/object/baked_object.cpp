@@ -34,7 +34,8 @@ ObjectToWrite BakedObject::to_write() const {
 
 void describe_source(const PreparedMesh& mesh, ObjectRecord& record) {
   record.source_index = mesh.source_index;
-  record.flags = mesh.left_out.any() ? kPartsLeftOut : 0;
+  const int others = record.flags & ~kPartsLeftOut;  // of the geometry, not of where it came from
+  record.flags = static_cast<uint16_t>(others | (mesh.left_out.any() ? kPartsLeftOut : 0));
   std::copy(mesh.shift.begin(), mesh.shift.end(), record.shift);
 }
 
