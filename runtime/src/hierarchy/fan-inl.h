@@ -111,12 +111,19 @@ class FanTracer {
 inline SampleBits FanTracer::make_plane() {
   const FloatTag d;
   // The axis that the sum of the directions follows, or else that of the first.
-  float sum[3] = {};
-  size_t first = kChunk;
-  live_.for_each([&](size_t i) {
-    first = std::min(first, i);
-    for (size_t a = 0; a < 3; ++a) sum[a] += fan_.direction[a][i];
-  });
+  const auto alive_at = [&](size_t i) HWY_ATTR {
+    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
+    const uint8_t bytes[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
+    return hn::LoadMaskBits(d, bytes);
+  };
+  float sum[3];
+  for (size_t a = 0; a < 3; ++a) {
+    auto lanes = hn::Zero(d);
+    for (size_t i = 0; i < fan_.count; i += hn::Lanes(d))
+      lanes = hn::Add(lanes, hn::IfThenElseZero(alive_at(i), hn::LoadU(d, fan_.direction[a] + i)));
+    sum[a] = hn::GetLane(hn::SumOfLanes(d, lanes));
+  }
+  const size_t first = live_.lowest();
   const auto longest = [](const auto& at) {
     size_t axis = 0;
     for (size_t a = 1; a < 3; ++a)
@@ -152,9 +159,7 @@ inline SampleBits FanTracer::make_plane() {
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
-    const uint8_t alive_bytes[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
-    near = hn::And(near, hn::LoadMaskBits(d, alive_bytes));
+    near = hn::And(near, alive_at(i));
     taken.add_run(i / kRun, uint64_t{lane_bits(d, near)} << i % kRun);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
     hn::Store(u, d, samples_.u + i);

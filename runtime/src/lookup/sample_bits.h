@@ -58,6 +58,12 @@ class SampleBits {
   bool any() const {
     return std::any_of(words_.begin(), words_.end(), [](uint64_t w) { return w != 0; });
   }
+  // The first that is set; there must be one.
+  size_t lowest() const {
+    size_t w = 0;
+    while (words_[w] == 0) ++w;
+    return 64 * w + static_cast<size_t>(std::countr_zero(words_[w]));
+  }
   int count() const {
     int sum = 0;
     for (uint64_t w : words_) sum += std::popcount(w);
