@@ -65,11 +65,6 @@ struct Comparison {
   std::vector<Timing> embree, vcd;
 };
 
-const Timing& fastest(const std::vector<Timing>& timings) {
-  return *std::min_element(timings.begin(), timings.end(),
-                           [](const Timing& a, const Timing& b) { return a.median < b.median; });
-}
-
 class Bench {
  public:
   Bench(const World& world, const std::vector<Object>& objects, int repetitions)
@@ -202,28 +197,12 @@ class Bench {
   mutable volatile uint64_t sink_ = 0;  // keeps the answers from being optimised away
 };
 
-Json describe(const std::vector<Timing>& timings, const Comparison& c) {
-  const double scale = 1e9 / static_cast<double>(c.segments);
-  Json json = Json::array();
-  for (const Timing& t : timings)
-    json.push_back({{"name", t.name},
-                    {"median_ns", t.median * scale},
-                    {"minimum_ns", t.minimum * scale},
-                    {"maximum_ns", t.maximum * scale},
-                    {"speed_up", fastest(c.embree).median / t.median}});
-  return json;
-}
-
 void print(const Comparison& c) {
-  const double scale = 1e9 / static_cast<double>(c.segments), best = fastest(c.embree).median;
   std::printf("%s: %llu segments, %.2f %% of them blocked; %llu answers differ from Embree's\n", c.name.c_str(),
               static_cast<unsigned long long>(c.segments),
               100 * static_cast<double>(c.blocked) / static_cast<double>(c.segments),
               static_cast<unsigned long long>(c.differing));
-  for (const auto* group : {&c.embree, &c.vcd})
-    for (const Timing& t : *group)
-      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
-                  t.median * scale, t.minimum * scale, t.maximum * scale, best / t.median);
+  for (const auto* group : {&c.embree, &c.vcd}) print_timings(*group, fastest(c.embree), c.segments);
 }
 
 Recording some_bundles(const World& world, size_t points, uint64_t seed) {
@@ -285,8 +264,8 @@ int run_instances(const InstancesOptions& options) {
                                {"segments", c.segments},
                                {"blocked", c.blocked},
                                {"differing", c.differing},
-                               {"embree", describe(c.embree, c)},
-                               {"vcd", describe(c.vcd, c)}});
+                               {"embree", describe(c.embree, fastest(c.embree), c.segments)},
+                               {"vcd", describe(c.vcd, fastest(c.embree), c.segments)}});
     print_json(json);
     return kExitOk;
   }

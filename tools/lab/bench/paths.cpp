@@ -124,11 +124,6 @@ bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
 // Ways of one use, and the same of sidecars.
 struct Times {
   std::vector<Timing> embree, vcd;
-
-  const Timing& best_embree() const {
-    return *std::min_element(embree.begin(), embree.end(),
-                             [](const Timing& a, const Timing& b) { return a.median < b.median; });
-  }
 };
 
 struct Comparison {
@@ -244,22 +239,11 @@ class Bench {
   mutable volatile uint64_t sink_ = 0;  // keeps the answers from being optimised away
 };
 
-Json describe(const std::vector<Timing>& timings, const Times& times, uint64_t segments) {
-  const double scale = 1e9 / static_cast<double>(segments);
-  Json json = Json::array();
-  for (const Timing& t : timings)
-    json.push_back({{"name", t.name},
-                    {"median_ns", t.median * scale},
-                    {"minimum_ns", t.minimum * scale},
-                    {"maximum_ns", t.maximum * scale},
-                    {"speed_up", times.best_embree().median / t.median}});
-  return json;
-}
-
 Json describe(const Times& times, uint64_t segments) {
-  return {{"best_embree", times.best_embree().name},
-          {"embree", describe(times.embree, times, segments)},
-          {"vcd", describe(times.vcd, times, segments)}};
+  const Timing& best = fastest(times.embree);
+  return {{"best_embree", best.name},
+          {"embree", describe(times.embree, best, segments)},
+          {"vcd", describe(times.vcd, best, segments)}};
 }
 
 Json describe(const Comparison& c) {
@@ -275,12 +259,8 @@ Json describe(const Comparison& c) {
 }
 
 void print(const char* use, const Times& times, uint64_t segments) {
-  const double scale = 1e9 / static_cast<double>(segments);
-  std::printf("  %s\n", use);
-  for (const auto* group : {&times.embree, &times.vcd})
-    for (const Timing& t : *group)
-      std::printf("    %-46s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
-                  t.median * scale, t.minimum * scale, t.maximum * scale, times.best_embree().median / t.median);
+  std::printf(" %s\n", use);
+  for (const auto* group : {&times.embree, &times.vcd}) print_timings(*group, fastest(times.embree), segments);
 }
 
 void print(const Comparison& c) {

@@ -43,11 +43,6 @@ struct Comparison {
   // In exact arithmetic, of the first `judged` segments: wrong answers of Embree's, and of the hierarchy's.
   uint64_t judged = 0, wrong_embree = 0, wrong_alone = 0;
   std::vector<Timing> embree, look_ups, wholes, alone;
-
-  static const Timing& fastest(const std::vector<Timing>& timings) {
-    return *std::min_element(timings.begin(), timings.end(),
-                             [](const Timing& a, const Timing& b) { return a.median < b.median; });
-  }
 };
 
 // The same segments as structure of arrays.
@@ -98,7 +93,7 @@ class Bench {
     std::vector<Variant> variants;
     for (const EmbreeQuery& way : all_packets(false)) variants.push_back(traced(way, segments));
     const std::vector<Timing> timings = time_interleaved(variants, repetitions_);
-    return all_packets(false)[static_cast<size_t>(&Comparison::fastest(timings) - timings.data())];
+    return all_packets(false)[static_cast<size_t>(&fastest(timings) - timings.data())];
   }
 
  private:
@@ -267,20 +262,8 @@ Comparison Bench::compare(const std::vector<Segment>& segments, EmbreeQuery fall
   return result;
 }
 
-// Each way's ratio: how many times faster than Embree's fastest; of look-ups also the time against the scalar kernel's.
-Json describe(const std::vector<Timing>& timings, const Comparison& c) {
-  const double scale = 1e9 / static_cast<double>(c.segments);
-  Json json = Json::array();
-  for (const Timing& t : timings)
-    json.push_back({{"name", t.name},
-                    {"median_ns", t.median * scale},
-                    {"minimum_ns", t.minimum * scale},
-                    {"maximum_ns", t.maximum * scale},
-                    {"speed_up", Comparison::fastest(c.embree).median / t.median}});
-  return json;
-}
-
 Json describe(const Comparison& c) {
+  const Timing& best = fastest(c.embree);
   return {{"segments", c.segments},
           {"answered", c.answered},
           {"blocked_by_bvh", c.blocked_bvh},
@@ -289,11 +272,11 @@ Json describe(const Comparison& c) {
           {"judged", c.judged},
           {"wrong_embree", c.wrong_embree},
           {"wrong_hierarchy", c.wrong_alone},
-          {"best_embree", Comparison::fastest(c.embree).name},
-          {"embree", describe(c.embree, c)},
-          {"look_ups", describe(c.look_ups, c)},
-          {"with_sidecar", describe(c.wholes, c)},
-          {"without_fallback", describe(c.alone, c)}};
+          {"best_embree", best.name},
+          {"embree", describe(c.embree, best, c.segments)},
+          {"look_ups", describe(c.look_ups, best, c.segments)},
+          {"with_sidecar", describe(c.wholes, best, c.segments)},
+          {"without_fallback", describe(c.alone, best, c.segments)}};
 }
 
 void print(const char* what, const Comparison& c) {
@@ -306,11 +289,8 @@ void print(const char* what, const Comparison& c) {
     std::printf("  in exact arithmetic, of %llu: Embree wrong %llu times, the hierarchy %llu times\n",
                 static_cast<unsigned long long>(c.judged), static_cast<unsigned long long>(c.wrong_embree),
                 static_cast<unsigned long long>(c.wrong_alone));
-  const double best = Comparison::fastest(c.embree).median, scale = 1e9 / static_cast<double>(c.segments);
   for (const auto* group : {&c.embree, &c.look_ups, &c.wholes, &c.alone})
-    for (const Timing& t : *group)
-      std::printf("  %-44s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
-                  t.median * scale, t.minimum * scale, t.maximum * scale, best / t.median);
+    print_timings(*group, fastest(c.embree), c.segments);
 }
 
 }  // namespace

@@ -30,10 +30,34 @@ Timing summarize(std::string name, std::vector<double> seconds) {
   return {std::move(name), seconds.front(), seconds[seconds.size() / 2], seconds.back()};
 }
 
+const Timing& fastest(const std::vector<Timing>& timings) {
+  return *std::min_element(timings.begin(), timings.end(),
+                           [](const Timing& a, const Timing& b) { return a.median < b.median; });
+}
+
 void print_timing(const Timing& t, uint64_t segments) {
   const double scale = 1e9 / static_cast<double>(segments);
   std::printf("  %-40s %7.1f ns a segment (%.1f to %.1f)\n", t.name.c_str(), t.median * scale, t.minimum * scale,
               t.maximum * scale);
+}
+
+void print_timings(const std::vector<Timing>& timings, const Timing& best_embree, uint64_t segments) {
+  const double scale = 1e9 / static_cast<double>(segments);
+  for (const Timing& t : timings)
+    std::printf("  %-46s %7.1f ns a segment (%.1f to %.1f) %6.2f times Embree's best\n", t.name.c_str(),
+                t.median * scale, t.minimum * scale, t.maximum * scale, best_embree.median / t.median);
+}
+
+tools::Json describe(const std::vector<Timing>& timings, const Timing& best_embree, uint64_t segments) {
+  const double scale = 1e9 / static_cast<double>(segments);
+  tools::Json json = tools::Json::array();
+  for (const Timing& t : timings)
+    json.push_back({{"name", t.name},
+                    {"median_ns", t.median * scale},
+                    {"minimum_ns", t.minimum * scale},
+                    {"maximum_ns", t.maximum * scale},
+                    {"speed_up", best_embree.median / t.median}});
+  return json;
 }
 
 }  // namespace vcd::bench

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "common/describe.h"
+
 namespace vcd::bench {
 
 struct Variant {
@@ -24,7 +26,14 @@ std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int r
 // seconds: at least one.
 Timing summarize(std::string name, std::vector<double> seconds);
 
+// By its median. There must be one.
+const Timing& fastest(const std::vector<Timing>& timings);
+
 // One line on standard output: nanoseconds for each of so many segments.
 void print_timing(const Timing& timing, uint64_t segments);
+
+// The same for each timing, and how many times faster it is than Embree's fastest, as lines and as JSON.
+void print_timings(const std::vector<Timing>& timings, const Timing& best_embree, uint64_t segments);
+tools::Json describe(const std::vector<Timing>& timings, const Timing& best_embree, uint64_t segments);
 
 }  // namespace vcd::bench
