@@ -17,8 +17,8 @@ namespace vcd {
 //     direction.
 //
 // The corners must be finite and not on one line, in any order: prepare() drops all other triangles.
-// A filter in doubles decides nearly all cases (some tens of nanoseconds); what it leaves in doubt is decided in integers (some
-// microseconds). Neither allocates, and neither depends on the processor's mode for subnormal numbers.
+// A filter in doubles decides nearly all cases (some tens of nanoseconds); what it leaves in doubt is decided in
+// integers (some microseconds). Neither allocates, and neither depends on the processor's mode for subnormal numbers.
 using Triangle = std::array<std::array<float, 3>, 3>;  // corners
 bool meets(const Segment& segment, const Triangle& triangle) noexcept;
 
