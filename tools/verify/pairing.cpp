@@ -31,7 +31,9 @@ class FromLibrary : public MeshSource {
 
   const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
     const GeometryHash& geometry = object.record->geometry_hash;
-    const auto [assets, way] = assets_of(geometry);
+    std::vector<size_t> assets;
+    Way way;
+    std::tie(assets, way) = assets_of(geometry);
     if (assets.empty()) {
       tell_why_none(geometry, place, outcome);
       return nullptr;
