@@ -1,0 +1,111 @@
+// The cells that are divided because a demand asks for them, and the classes of what they are divided into.
+#pragma once
+
+#include <cassert>
+#include <chrono>
+#include <cstdint>
+#include <unordered_map>
+#include <vector>
+
+#include <vcd/baker/cell.h>
+#include <vcd/format/tree.h>
+
+#include "classify/cell_classifier.h"
+
+namespace vcd::baker {
+
+// Cells of level `from` are divided into those of level `to` by one block of the tree.
+struct Step {
+  uint32_t from, to;
+  uint32_t block_bytes;
+
+  uint32_t children() const { return 1u << (4 * (to - from)); }
+  // Where a cell of level `to` stands in its block.
+  uint32_t index(const Cell& c) const { return row_major(c.s, c.t, c.u, c.v, 0, to - from); }
+};
+
+// From the top table down; the last one is that of the bricks. depth: 2 to 8.
+inline std::vector<Step> steps_of(uint32_t depth) {
+  assert(depth >= 2 && depth <= kMaxDepth);
+  const TreeShape shape = tree_shape(depth);
+  std::vector<Step> steps;
+  uint32_t level = shape.top_levels;
+  const auto add = [&](uint32_t levels, size_t bytes) {
+    steps.push_back({level, level + levels, static_cast<uint32_t>(bytes)});
+    level += levels;
+  };
+  if (shape.has_blocks256) add(2, kBlock256Words * 4);
+  if (shape.has_blocks16) add(1, kBlock16Words * 4);
+  add(2, kBrickBytes);
+  return steps;
+}
+
+class DividedCells {
+ public:
+  explicit DividedCells(uint32_t depth) : steps_(steps_of(depth)) {}
+
+  const std::vector<Step>& steps() const { return steps_; }
+  uint32_t top_level() const { return steps_.front().from; }
+  // The step that makes cells of this level, which is below the top table's.
+  const Step& step_to(uint32_t level) const {
+    size_t i = 0;
+    while (steps_[i].to < level) ++i;
+    return steps_[i];
+  }
+
+  // classes: of its cells of level step.to, by Step::index(); kDeeper where nothing is decided and nothing is asked,
+  // kAsked where a demand asks for more.
+  void divide(const Cell& cell, const std::vector<uint8_t>& classes) {
+    first_.emplace(key(cell), classes_.size());
+    classes_.insert(classes_.end(), classes.begin(), classes.end());
+  }
+  const uint8_t* classes_below(const Cell& cell) const {  // null: it is not divided
+    const auto found = first_.find(key(cell));
+    return found == first_.end() ? nullptr : &classes_[found->second];
+  }
+  static constexpr uint8_t kAsked = kDeeper + 1;
+
+ private:
+  static uint64_t key(const Cell& c) {
+    return uint64_t{c.level} << 36 | uint64_t{c.pair} << 32 | c.s << 24 | c.t << 16 | c.u << 8 | c.v;
+  }
+
+  std::vector<Step> steps_;
+  std::unordered_map<uint64_t, size_t> first_;
+  std::vector<uint8_t> classes_;
+};
+
+// What the recursion over the octree asks where a demand has divided cells: these as deep as they are, everything else
+// as coarse as the top table.
+class CellsAsDivided : public CellClassifier {
+ public:
+  // Both outlive this. deadline: once it is over, what is not classified yet is unclassified.
+  CellsAsDivided(const CellClassifier& all, const DividedCells& divided, std::chrono::steady_clock::time_point deadline)
+      : all_(all), divided_(divided), deadline_(deadline) {}
+
+  uint32_t classify(const Cell& cell, bool, Workspace& workspace) const override {
+    const uint32_t top = divided_.top_level();
+    if (cell.level < top) return over() ? kDeeper : all_.classify(cell, false, workspace);
+    if (cell.level == top) return divided_.classes_below(cell) ? kDeeper : as_leaf(cell, workspace);
+    const Step& step = divided_.step_to(cell.level);
+    if (cell.level < step.to) return kDeeper;
+    Cell above = cell;
+    while (above.level > step.from) above = above.parent();
+    const uint8_t value = divided_.classes_below(above)[step.index(cell)];
+    if (value == kDeeper) return kUnclassified;
+    if (value != DividedCells::kAsked) return value;
+    return divided_.classes_below(cell) ? kDeeper : as_leaf(cell, workspace);
+  }
+
+ private:
+  bool over() const { return deadline_ != deadline_.max() && std::chrono::steady_clock::now() > deadline_; }
+  uint32_t as_leaf(const Cell& cell, Workspace& workspace) const {
+    return over() ? kUnclassified : all_.classify(cell, true, workspace);
+  }
+
+  const CellClassifier& all_;
+  const DividedCells& divided_;
+  const std::chrono::steady_clock::time_point deadline_;
+};
+
+}  // namespace vcd::baker
