@@ -6,6 +6,8 @@
 
 #include <vcd/format/contents.h>
 #include <vcd/format/demand.h>
+#include <vcd/format/line_cell.h>
+#include <vcd/format/tree.h>
 #include <vcd/runtime/sidecar.h>
 #include <vcd/writer/demand.h>
 #include <vcd/writer/writer.h>
@@ -25,18 +27,56 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   std::vector<std::string> files;
-  std::string repack, merge;
+  std::string repack, merge, asked;
   uint64_t most_segments = kMostAskedSegments;
   library::BakeSettings settings;  // its storage is that of --repack
   bool sections = false;
 };
 
-Json describe(const std::string& path, const SidecarContents& contents) {
+// How much of what a demand asks of an object its cells answer.
+struct Answered {
+  uint64_t segments = 0;                     // that enter the box
+  double all = 0, answered = 0, proven = 0;  // weights
+
+  static double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
+};
+
+Answered answered_of(const ObjectContents& object, const Demand& demand) {
+  Answered result;
+  const auto asked = demand.find(object.record->geometry_hash);
+  if (asked == demand.end()) return result;
+  const GridFrame frame = make_grid_frame(object.record->box_min, object.record->box_max);
+  TreeView tree = object.tree;
+  const bool sampled = object.record->method == static_cast<uint8_t>(Method::sampled);
+  for (const auto& [segment, weight] : asked->second) {
+    const Place place = place_of(locate(frame, segment), segment.t_min, segment.t_max);
+    if (place == Place::doubtful || place == Place::outside) continue;
+    ++result.segments, result.all += weight;
+    tree.answers = answer_table(Trust::statistics);
+    if (classify(frame, tree, tree.shape, segment) == Visibility::unclassified) continue;
+    result.answered += weight;
+    tree.answers = answer_table(Trust::proofs);
+    if (!sampled && classify(frame, tree, tree.shape, segment) != Visibility::unclassified) result.proven += weight;
+  }
+  return result;
+}
+
+Json describe(const Answered& a) {
+  return {{"segments", a.segments},
+          {"weight", a.all},
+          {"answered", Answered::share(a.answered, a.all)},
+          {"proven", Answered::share(a.proven, a.all)}};
+}
+
+Json describe(const std::string& path, const SidecarContents& contents, const Demand& asked) {
   Json json{{"file", path},
             {"format_version", {contents.header->version_major, contents.header->version_minor}},
             {"file_size", contents.header->file_size}};
   json["objects"] = Json::array();
-  for (const ObjectContents& object : contents.objects) json["objects"].push_back(describe_object(object));
+  for (const ObjectContents& object : contents.objects) {
+    json["objects"].push_back(describe_object(object));
+    if (!asked.empty()) json["objects"].back()["asked"] = describe(answered_of(object, asked));
+  }
   json["sections"] = Json::array();
   for (const SectionEntry& section : contents.sections) json["sections"].push_back(describe_section(section));
   json["provenance"] = Json::object();
@@ -44,7 +84,7 @@ Json describe(const std::string& path, const SidecarContents& contents) {
   return json;
 }
 
-void print(const std::string& path, const SidecarContents& contents, bool sections) {
+void print(const std::string& path, const SidecarContents& contents, const Demand& asked, bool sections) {
   std::printf("%s: vcd %u.%u, %s, %zu object%s\n", path.c_str(), contents.header->version_major,
               contents.header->version_minor, readable_bytes(contents.header->file_size).c_str(),
               contents.objects.size(), contents.objects.size() == 1 ? "" : "s");
@@ -54,6 +94,13 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
     std::printf("%s", hierarchy_summary(*object.record, object.hierarchy).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
+    if (!asked.empty()) {
+      const Answered a = answered_of(object, asked);
+      std::printf("  asked     %llu segments; %s of their weight answered, %s proven\n",
+                  static_cast<unsigned long long>(a.segments),
+                  readable_percent(Answered::share(a.answered, a.all)).c_str(),
+                  readable_percent(Answered::share(a.proven, a.all)).c_str());
+    }
     if (!object.geometry.empty())
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
   }
@@ -170,6 +217,12 @@ int run(const Options& options) {
   }
   catch_interruptions();
   if (!options.merge.empty()) return merge_demands(options);
+  Demand asked;
+  if (!options.asked.empty()) {
+    auto read = read_demand(options.asked);
+    if (!read) return print_error(read.error().message), exit_code(read.error().code);
+    asked = std::move(*read);
+  }
   std::vector<int> codes;
   Json all = Json::array();
   for (const std::string& path : options.files) {
@@ -198,9 +251,9 @@ int run(const Options& options) {
       continue;
     }
     if (options.common.format == OutputFormat::json) {
-      all.push_back(describe(path, sidecar->contents()));
+      all.push_back(describe(path, sidecar->contents(), asked));
     } else {
-      print(path, sidecar->contents(), options.sections);
+      print(path, sidecar->contents(), asked, options.sections);
     }
   }
   if (options.common.format == OutputFormat::json && options.repack.empty())
@@ -219,6 +272,8 @@ int main(int argc, char** argv) {
       ->required()
       ->type_name("FILE...");
   app.add_flag("--sections", options.sections, "List the sections too");
+  app.add_option("--asked", options.asked, "Show how much each object's cells answer of what this demand asks of it")
+      ->type_name("DEMAND");
   auto* const repack =
       app.add_option("--repack", options.repack, "Write the sidecar's content to this file, stored as --storage says")
           ->type_name("PATH");

@@ -1,5 +1,7 @@
 """Demands as users meet them. The files here are written from spec/demand.md alone."""
 import pathlib
+import random
+import re
 import struct
 import sys
 import unittest
@@ -7,7 +9,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path += [str(ROOT / "spec" / "reader"), str(ROOT / "tests" / "programs")]
 
-from test_programs import Case, json
+from test_programs import Case, json, soup
 from xxh3 import xxh3_64
 
 HASHES = [bytes([number] * 16) for number in (3, 7)]
@@ -68,6 +70,106 @@ class Demands(Case):
         self.run_program("vc-info", good, "--merge", self.folder / "out.vcd", code=1)
         self.run_program("vc-info", good, "--merge", self.folder / "tetrahedron.obj", code=1)
         self.assertEqual(self.files(), sorted(before + ["tetrahedron.obj"]))
+
+
+def shadow_rays(seed, count=3000):
+    """From a floor below soup()'s box to a light above it."""
+    rng = random.Random(seed)
+    rays = []
+    for _ in range(count):
+        origin = struct.unpack("<3f", struct.pack("<3f", rng.uniform(1, 3), -1, rng.uniform(1, 3)))
+        rays.append((origin, 0, (rng.uniform(-1, 1), 8, rng.uniform(-1, 1)), 1, 1))
+    return rays
+
+
+class BakesForADemand(Case):
+    def setUp(self):
+        super().setUp()
+        self.soup = self.mesh("soup.obj", soup(60))
+        self.run_program("vc-bake", self.soup, "-q", "--depth", 1, "--audit", 0)
+        self.hash = bytes.fromhex(self.object()["geometry_hash"])
+        self.demand = self.folder / "scene.demand"
+        self.demand.write_bytes(demand_bytes({self.hash: shadow_rays(1)}))
+
+    def shown(self, *options):
+        return json.loads(self.run_program("vc-info", f"{self.soup}.vcd", "--format", "json", *options).stdout)["files"][0]
+
+    def object(self, *options):
+        return self.shown(*options)["objects"][0]
+
+    def bake(self, *options, code=0):
+        return self.run_program("vc-bake", self.soup, "--for", self.demand, "--audit", 3000, "--method", "proven", *options, code=code)
+
+    def test_say_what_was_kept_out_and_answered(self):
+        text = self.bake().stdout
+        self.assertRegex(text, r"demand    [0-9.]+ % of what was kept out of the bake answered: \d+ segments, 0 wrong")
+        found = self.shown()
+        self.assertEqual(found["objects"][0]["depth"], 8)
+        line = found["provenance"]["demand"]
+        kept, share = re.fullmatch(r"0 kept-out=(\d+) answered=([0-9.]+) wrong=0\n", line).groups()
+        self.assertAlmostEqual(int(kept) / 3000, 1 / 8, delta=0.03)
+        report = json.loads(self.bake("--format", "json").stdout)["files"][0]["objects"][0]["demand"]
+        self.assertEqual(report["kept_out"], int(kept))
+        self.assertAlmostEqual(report["answered"], float(share), places=5)
+        other = self.folder / "other.demand"
+        other.write_bytes(demand_bytes({self.hash: shadow_rays(2)}))
+        asked = self.object("--asked", other)["asked"]
+        self.assertEqual(asked["segments"], 3000)
+        self.assertAlmostEqual(asked["answered"], float(share), delta=0.1)
+        self.assertIn("of their weight answered", self.run_program("vc-info", f"{self.soup}.vcd", "--asked", other).stdout)
+        self.run_program("vc-bake", self.soup, "-q", "--depth", 4, "--audit", 0, "--method", "proven")
+        self.assertLess(self.object("--asked", other)["asked"]["answered"], asked["answered"])
+        self.run_program("vc-verify", f"{self.soup}.vcd", "--against", self.soup, "--lines", 9000)
+
+    def test_are_the_same_for_any_number_of_threads_and_keep_to_their_budget(self):
+        files = set()
+        for threads in (1, 3):
+            self.bake("-q", "-j", threads, "--budget-mb", 0.4)
+            files.add(pathlib.Path(f"{self.soup}.vcd").read_bytes())
+        self.assertEqual(len(files), 1)
+        self.assertLess(len(files.pop()), 0.4 * 2**20)
+
+    def test_are_up_to_date_as_long_as_the_demand_is_the_same(self):
+        self.bake("-q", "--cache", self.folder / "cache")
+        before = pathlib.Path(f"{self.soup}.vcd").read_bytes()
+        renamed = self.demand.rename(self.folder / "renamed.demand")
+        self.demand = renamed
+        self.assertIn("nothing to do", self.bake("--update", "--dry-run").stdout)
+        pathlib.Path(f"{self.soup}.vcd").unlink()
+        self.bake("-q", "--cache", self.folder / "cache")
+        self.assertEqual(pathlib.Path(f"{self.soup}.vcd").read_bytes(), before, "out of the cache, with the same share answered")
+        renamed.write_bytes(demand_bytes({self.hash: shadow_rays(3)}))
+        self.assertIn("made with other settings", self.bake("--update", "--dry-run").stdout)
+        self.bake("-q", "--depfile", self.folder / "soup.d")
+        self.assertIn("renamed.demand", (self.folder / "soup.d").read_text())
+
+    def test_of_a_library_fail_where_nothing_is_asked(self):
+        document = self.folder / "two.manifest.json"
+        other = self.mesh("other.obj", soup(50, seed=4))
+        document.write_text(json.dumps({"vcd_manifest": 1, "settings": {"for": "scene.demand", "audit": 0}, "assets": [{"input": "soup.obj"}, {"input": "other.obj"}]}))
+        done = self.run_program("vc-bake", "--manifest", document, code=9)
+        self.assertIn("asks nothing of", done.stderr)
+        self.assertTrue(pathlib.Path(f"{self.soup}.vcd").exists())
+        self.assertFalse(pathlib.Path(f"{other}.vcd").exists())
+
+    def test_that_cannot_be_say_so_and_write_nothing(self):
+        pathlib.Path(f"{self.soup}.vcd").unlink()
+        self.assertIn("--plan forecasts no bake for a demand", self.bake("--plan", code=1).stderr)
+        self.assertIn("2 to 8", self.bake("--depth", 1, code=1).stderr)
+        good = self.demand.read_bytes()
+        self.demand.write_bytes(good[:-8])
+        self.assertIn("by its header", self.bake(code=3).stderr)
+        self.demand.write_bytes(demand_bytes({HASHES[0]: [segment(1)]}))
+        self.assertIn("asks nothing of", self.bake(code=1).stderr)
+        self.demand.write_bytes(demand_bytes({self.hash: [((50, 50, 50), 0, (1, 0, 0), 1, 1)]}))
+        self.assertIn("none of the demand's 1 segments enters its box", self.bake(code=1).stderr)
+        self.demand.write_bytes(good)
+        self.bake("--report", self.demand.with_suffix(""), code=0)
+        self.assertEqual(self.demand.read_bytes(), good)
+        self.bake("--events", self.demand, code=1)
+        self.assertEqual(self.demand.read_bytes(), good)
+        self.demand.unlink()
+        self.assertIn("a file that can be read", self.bake(code=1).stderr)
 
 
 del Case  # it has no tests of its own
