@@ -175,7 +175,7 @@ Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, cons
                             tree_budget(options.budget_bytes), deadline.after(kDivideShare), options);
   if (!divided) return divided.error();
   const CellsAsDivided cells(classifier, divided->cells, deadline.end());
-  auto classified = classify_cells(grid, cells, depth, options, Deadline(0));
+  auto classified = classify_cells(grid, cells, divided->depth, options, Deadline(0));
   if (!classified) return classified;
   classified->octree.rays += divided->rays;
   classified->out_of_time = divided->out_of_time || deadline.over();
@@ -279,9 +279,10 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
 
   auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
-  const uint32_t depth = plan ? plan->depth : options.depth > 0 ? options.depth : kMaxDepth;
-  if (depth == 0) return without_answers(std::move(plan));
-  if (auto too_small = check_budget(mesh, depth, options.budget_bytes, *hierarchy)) return std::move(*too_small);
+  uint32_t depth = plan ? plan->depth : options.depth;
+  if (depth == 0 && !options.demand) return without_answers(std::move(plan));
+  if (auto too_small = check_budget(mesh, std::max(depth, kMinDepth), options.budget_bytes, *hierarchy))
+    return std::move(*too_small);
 
   const auto start = Clock::now();
   std::vector<uint8_t> clearances;
@@ -290,6 +291,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
                         ? classify_asked(asked, grid, *tracer, *classifier.cells, clearances, depth, options, deadline)
                         : classify_cells(grid, *classifier.cells, depth, options, deadline);
   if (!classified) return classified.error();
+  depth = classified->octree.tree.depth;
   const uint64_t bytes = tree_bytes(classified->octree.tree.view());
   Demoted demoted = demote_to_budget(std::move(classified->octree.tree), options);
   const TreeStatistics counts = measure_tree(demoted.tree.view());

@@ -5,9 +5,9 @@
 #include <queue>
 #include <utility>
 
-#include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
+#include "demand/asked_cells.h"
 #include "octree/block_pool.h"
 #include "octree/subtree.h"
 
@@ -19,30 +19,28 @@ using Clock = std::chrono::steady_clock;
 // Cells that are divided at once, before the next are chosen. Not the number of threads: results would depend on it.
 constexpr size_t kBatch = 1024;
 
-// A cell that its class does not answer, and the lines that are asked of it.
-struct Asked {
-  Cell cell;
-  size_t begin, end;
-  double weight;
-
-  // Of a heap: the heaviest first.
-  bool operator<(const Asked& o) const { return weight != o.weight ? weight < o.weight : begin > o.begin; }
-};
+// What a brick must be expected to be asked of all weight, and a larger block for its bytes: else it is not worth them.
+constexpr double kLeastWeight = 0x1p-22;
 
 class Divider {
  public:
   Divider(const CellClassifier& classifier, const std::vector<AskedLine>& lines, const BestFirstOptions& options)
-      : classifier_(classifier), lines_(lines), options_(options), result_{DividedCells(options.depth)} {
+      : classifier_(classifier), lines_(lines), options_(options), result_{options.depth, DividedCells(options.depth)} {
     const TreeShape shape = tree_shape(options.depth);
     constexpr uint64_t kAlways = kUniformBlocks + 1;  // and one for cells that are statistically blocked as a whole
     bytes_ = shape.bytes(shape.has_blocks256 ? kAlways : 0, shape.has_blocks16 ? kAlways : 0, kAlways);
+    double weight = 0;
+    for (const AskedLine& line : lines) weight += line.weight;
+    least_worth_ = kLeastWeight * weight / kBrickBytes * static_cast<double>(options.budget_bytes);
     costs_.resize(steps().size());
     queues_.resize(steps().size());
     for (uint32_t i = 0; i < kUniformBlocks; ++i) bricks_.intern(pattern(i).data());
   }
 
   std::optional<BestFirst> run() {
-    find_top_cells();
+    for (const Asked& cell :
+         undecided_cells(classifier_, lines_, result_.cells.top_level(), workspaces_, [&] { return over(); }))
+      queues_[0].push(cell);
     for (;;) {
       const std::vector<Job> jobs = next_jobs();
       if (jobs.empty()) break;
@@ -85,51 +83,6 @@ class Divider {
     for (Workspace& workspace : workspaces_) result_.rays += std::exchange(workspace.rays, 0);
   }
 
-  // Those of the top table that lines are asked of, and that neither they nor a cell above decides.
-  void find_top_cells() {
-    std::vector<Asked> cells;
-    for (size_t i = 0; i < lines_.size();) {
-      const auto pair = static_cast<uint32_t>(lines_[i].key >> (4 * kKeyLevels));
-      cells.push_back(below({{pair, 0, 0, 0, 0, 0}, i, lines_.size(), 0}, pair, 4 * kKeyLevels));
-      i = cells.back().end;
-    }
-    for (uint32_t level = 0;; ++level) {
-      std::vector<uint8_t> deeper(cells.size());
-      tbb::parallel_for(size_t{0}, cells.size(), [&](size_t i) {
-        deeper[i] = !over() && classifier_.classify(cells[i].cell, false, workspaces_.local()) == kDeeper;
-      });
-      std::vector<Asked> undecided;
-      for (size_t i = 0; i < cells.size(); ++i)
-        if (deeper[i]) undecided.push_back(cells[i]);
-      if (level == result_.cells.top_level()) {
-        for (const Asked& cell : undecided) queues_[0].push(cell);
-        return;
-      }
-      cells.clear();
-      for (const Asked& cell : undecided) for_children(cell, [&](const Asked& child) { cells.push_back(child); });
-    }
-  }
-
-  // `asked` with those of its lines, from the first on, whose keys begin with `prefix`.
-  Asked below(Asked asked, uint64_t prefix, uint32_t shift) const {
-    size_t i = asked.begin;
-    for (; i < asked.end && lines_[i].key >> shift == prefix; ++i) asked.weight += lines_[i].weight;
-    asked.end = i;
-    return asked;
-  }
-
-  // The children that lines are asked of.
-  template <class Each>
-  void for_children(const Asked& parent, const Each& each) const {
-    const uint32_t level = parent.cell.level + 1, shift = 4 * (kKeyLevels - level);
-    for (size_t i = parent.begin; i < parent.end;) {
-      const Cell cell = parent.cell.child(child_of(lines_[i].key, level));
-      const Asked child = below({cell, i, parent.end, 0}, lines_[i].key >> shift, shift);
-      each(child);
-      i = child.end;
-    }
-  }
-
   // What a block of the step takes of the budgets.
   double cost(size_t step) const {
     const double share = static_cast<double>(steps()[step].block_bytes) / static_cast<double>(options_.budget_bytes);
@@ -141,7 +94,7 @@ class Divider {
   // The step with the cell that is worth most for what it costs; none: no cell is left.
   std::optional<size_t> best_step() const {
     std::optional<size_t> best;
-    double most = 0;
+    double most = least_worth_;
     for (size_t s = 0; s < steps().size(); ++s) {
       const double worth = queues_[s].empty() ? 0 : queues_[s].top().weight / cost(s);
       if (worth > most) best = s, most = worth;
@@ -203,18 +156,49 @@ class Divider {
       bytes_ += new_brick_bytes(filled.classes);
     } else {
       bytes_ += step.block_bytes;
-      queue_undecided(job.step, job.asked, filled.classes);
+      queue_undecided(job, filled.classes);
     }
     result_.cells.divide(job.asked.cell, filled.classes);
   }
 
-  void queue_undecided(size_t step, const Asked& asked, std::vector<uint8_t>& classes) {
-    for_children(asked, [&](const Asked& child) {
-      if (child.cell.level < steps()[step].to) return queue_undecided(step, child, classes);
-      uint8_t& value = classes[steps()[step].index(child.cell)];
+  // Queues the cells of a block that their class does not answer. Each takes the weight of its lines. But as much of it
+  // as there are lines that are alone in their cell goes to the cells without a line, in equal parts: the next picture
+  // will ask some of those (Good, "The population frequencies of species and the estimation of population parameters",
+  // 1953).
+  void queue_undecided(const Job& job, std::vector<uint8_t>& classes) {
+    std::vector<Asked> with_lines;
+    mark_asked(steps()[job.step], job.asked, classes, with_lines);
+    const auto others = static_cast<double>(std::ranges::count(classes, static_cast<uint8_t>(kDeeper)));
+    double lines = 0, alone = 0, weight = 0;
+    for (const Asked& cell : with_lines) {
+      lines += static_cast<double>(cell.end - cell.begin);
+      alone += cell.end - cell.begin == 1;
+      weight += cell.weight;
+    }
+    // Of a block that no line asked for, each cell has its part.
+    const double unseen = others > 0 ? alone / (lines + 1) : 0;
+    const double of_each_other = job.asked.begin == job.asked.end
+                                     ? job.asked.weight / static_cast<double>(classes.size())
+                                     : unseen * weight / std::max(others, 1.0);
+    for (Asked& cell : with_lines) {
+      cell.weight *= 1 - unseen;
+      queues_[job.step + 1].push(cell);
+    }
+    if (of_each_other <= 0) return;
+    for (uint32_t i = 0; i < classes.size(); ++i)
+      if (classes[i] == kDeeper)
+        queues_[job.step + 1].push({steps()[job.step].cell(job.asked.cell, i), 0, 0, of_each_other});
+  }
+
+  // Those that lines are asked of.
+  void mark_asked(const Step& step, const Asked& asked, std::vector<uint8_t>& classes,
+                  std::vector<Asked>& found) const {
+    for_children(lines_, asked, [&](const Asked& child) {
+      if (child.cell.level < step.to) return mark_asked(step, child, classes, found);
+      uint8_t& value = classes[step.index(child.cell)];
       if (value != kDeeper) return;
       value = DividedCells::kAsked;
-      queues_[step + 1].push(child);
+      found.push_back(child);
     });
   }
 
@@ -231,18 +215,22 @@ class Divider {
   const BestFirstOptions& options_;
   const Clock::time_point start_ = Clock::now();
   BestFirst result_;
-  tbb::enumerable_thread_specific<Workspace> workspaces_;
+  Workspaces workspaces_;
   std::vector<std::priority_queue<Asked>> queues_;  // of each step
   std::vector<Cost> costs_;
   BrickPool bricks_;    // equal ones take their bytes once
   uint64_t bytes_ = 0;  // that the tree takes at most
+  double least_worth_;  // of a block, for its share of the budgets
 };
 
 }  // namespace
 
 std::optional<BestFirst> divide_best_first(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
                                            const BestFirstOptions& options) {
-  return Divider(classifier, lines, options).run();
+  BestFirstOptions chosen = options;
+  const auto over = [&] { return options.deadline != Clock::time_point::max() && Clock::now() > options.deadline; };
+  if (chosen.depth == 0) chosen.depth = pick_depth(classifier, lines, options.budget_bytes, over);
+  return Divider(classifier, lines, chosen).run();
 }
 
 }  // namespace vcd::baker

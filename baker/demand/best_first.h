@@ -14,7 +14,7 @@
 namespace vcd::baker {
 
 struct BestFirstOptions {
-  uint32_t depth;         // 2 to 8
+  uint32_t depth;         // 2 to 8; 0: pick_depth()
   uint64_t budget_bytes;  // of the tree
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<bool()> stop = {};
@@ -22,6 +22,7 @@ struct BestFirstOptions {
 };
 
 struct BestFirst {
+  uint32_t depth;
   DividedCells cells;
   uint64_t rays = 0;
   bool out_of_time = false;
@@ -30,7 +31,7 @@ struct BestFirst {
 // Divides cells that lines are asked of and that their class does not answer, as long as the budgets last. The next is
 // always the one of most asked weight for a byte of its block; where there is a deadline, for its share of the bytes
 // and of the time, by the mean of such blocks so far. All cells of a block are classified, asked or not: their bytes
-// are paid.
+// are paid. Some of the weight goes to cells without a line, which the next picture may ask.
 //
 // The tree of the divided cells takes at most budget_bytes. Without a deadline, the same lines and options give the
 // same cells for any number of threads. Runs on the threads of the caller's arena. Nothing if stop stopped it.

@@ -22,6 +22,12 @@ struct Step {
   uint32_t children() const { return 1u << (4 * (to - from)); }
   // Where a cell of level `to` stands in its block.
   uint32_t index(const Cell& c) const { return row_major(c.s, c.t, c.u, c.v, 0, to - from); }
+  // The cell below `divided` that stands there.
+  Cell cell(const Cell& divided, uint32_t index) const {
+    const uint32_t bits = to - from, mask = (1u << bits) - 1;
+    const auto below = [&](uint32_t x, uint32_t part) { return x << bits | (index >> (part * bits) & mask); };
+    return {divided.pair, to, below(divided.s, 3), below(divided.t, 2), below(divided.u, 1), below(divided.v, 0)};
+  }
 };
 
 // From the top table down; the last one is that of the bricks. depth: 2 to 8.
@@ -92,9 +98,9 @@ class CellsAsDivided : public CellClassifier {
     Cell above = cell;
     while (above.level > step.from) above = above.parent();
     const uint8_t value = divided_.classes_below(above)[step.index(cell)];
-    if (value == kDeeper) return kUnclassified;
-    if (value != DividedCells::kAsked) return value;
-    return divided_.classes_below(cell) ? kDeeper : as_leaf(cell, workspace);
+    if (value < kDeeper) return value;
+    if (divided_.classes_below(cell)) return kDeeper;
+    return value == DividedCells::kAsked ? as_leaf(cell, workspace) : kUnclassified;
   }
 
  private:

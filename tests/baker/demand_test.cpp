@@ -49,11 +49,12 @@ Demand demand_of(const PreparedMesh& mesh, size_t count = 4000, uint64_t seed = 
   return {{mesh.geometry_hash, shadow_rays(mesh, count, seed)}};
 }
 
-BakeOptions options_for(const Demand& demand, Method method = Method::hybrid, uint32_t depth = 0) {
+BakeOptions options_for(const Demand& demand, Method method = Method::hybrid, uint32_t depth = 8) {
   BakeOptions options;
   options.method = method;
   options.depth = depth;
   options.demand = &demand;
+  options.budget_bytes = uint64_t{1} << 20;
   return options;
 }
 
@@ -68,7 +69,7 @@ CellClass class_at(const BakedObject& object, const LineCell& line) { return cla
 TEST(BakeForDemand, GivesTheSameBytesOnAnyNumberOfThreads) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh, 1000);
-  for (const uint64_t budget : {uint64_t{0}, uint64_t{400'000}}) {
+  for (const uint64_t budget : {600'000u, 400'000u}) {
     std::vector<std::vector<std::byte>> files;
     for (const unsigned threads : {1u, 3u}) {
       BakeOptions options = options_for(demand);
@@ -115,7 +116,7 @@ TEST(BakeForDemand, WhatIsAskedHasTheClassOfAnOrdinaryBake) {
   for (const Method method : {Method::proven, Method::hybrid, Method::sampled})
     for (uint32_t depth = 2; depth <= 8; ++depth) {
       BakeOptions options = options_for(demand, method, depth);
-      options.budget_bytes = uint64_t{1} << 30;
+      options.budget_bytes = uint64_t{100} << 20;
       const BakedObject asked = must_bake_for(mesh, options);
       const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
       Workspace workspace;

@@ -82,9 +82,9 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::file,
      .member = &BakeSettings::demand,
-     .help =
-         "Bake for this demand: deep where a scene's rays go, best first, until a budget ends it; as coarse as the "
-         "top table\nwhere none go. Then --depth is the deepest level (default: 8), and --budget-mb is 8 by default",
+     .help = "Bake for this demand: deep where a scene's rays go, best first, until a budget ends it; as coarse as the "
+             "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes, and "
+             "--budget-mb is 8 by default",
      .zero_is_none = true},
     {.name = "seed",
      .letter = 0,

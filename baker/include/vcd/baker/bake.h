@@ -39,7 +39,8 @@ struct BakeProgress {
 
 struct BakeOptions {
   Method method = Method::hybrid;  // none: no cell is classified, and the file says that a sidecar would not pay
-  // 1 … 8; 0: plan() picks it, and whether to bake at all. For a demand the deepest level, 2 … 8; 0: 8.
+  // 1 … 8; 0: plan() picks it, and whether to bake at all. For a demand the deepest level, 2 … 8; 0: by what is
+  // asked and the budget of bytes.
   uint32_t depth = 5;
   // sampled: rays a cell, 16, 81 or 256. hybrid: of a cell of the statistical tier, 81 or 256. 0: 256, but 81 for
   // hybrid where proofs of blocked hardly ever succeed, as in foliage.
