@@ -98,13 +98,13 @@ class BakesForADemand(Case):
         return self.shown(*options)["objects"][0]
 
     def bake(self, *options, code=0):
-        return self.run_program("vc-bake", self.soup, "--for", self.demand, "--audit", 3000, "--method", "proven", *options, code=code)
+        return self.run_program("vc-bake", self.soup, "--for", self.demand, "--audit", 3000, "--method", "proven", "--budget-mb", 0.5, *options, code=code)
 
     def test_say_what_was_kept_out_and_answered(self):
         text = self.bake().stdout
         self.assertRegex(text, r"demand    [0-9.]+ % of what was kept out of the bake answered: \d+ segments, 0 wrong")
         found = self.shown()
-        self.assertEqual(found["objects"][0]["depth"], 8)
+        self.assertGreater(found["objects"][0]["depth"], 4)
         line = found["provenance"]["demand"]
         kept, share = re.fullmatch(r"0 kept-out=(\d+) answered=([0-9.]+) wrong=0\n", line).groups()
         self.assertAlmostEqual(int(kept) / 3000, 1 / 8, delta=0.03)
@@ -124,10 +124,10 @@ class BakesForADemand(Case):
     def test_are_the_same_for_any_number_of_threads_and_keep_to_their_budget(self):
         files = set()
         for threads in (1, 3):
-            self.bake("-q", "-j", threads, "--budget-mb", 0.4)
+            self.bake("-q", "-j", threads, "--depth", 8)
             files.add(pathlib.Path(f"{self.soup}.vcd").read_bytes())
         self.assertEqual(len(files), 1)
-        self.assertLess(len(files.pop()), 0.4 * 2**20)
+        self.assertLess(len(files.pop()), 0.5 * 2**20)
 
     def test_are_up_to_date_as_long_as_the_demand_is_the_same(self):
         self.bake("-q", "--cache", self.folder / "cache")
