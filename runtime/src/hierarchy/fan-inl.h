@@ -16,7 +16,7 @@
 #include <cstring>
 #include <limits>
 
-#include "hierarchy/fan.h"
+#include "hierarchy/fan_leaf-inl.h"
 #include "hierarchy/trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -26,22 +26,7 @@ namespace HWY_NAMESPACE {
 // A direction must be no further from the plane's axis than this, as a tangent.
 inline constexpr float kWidestTangent = 4;
 // Fewer samples than these go on alone.
-inline constexpr int kFewSamples = 6;
-
-// Of one axis and sign. The place of a sample is (x, y) / z of its direction, where z is along the axis.
-struct FanPlane {
-  std::array<size_t, 3> axis;                          // of x, y and z
-  float sign;                                          // of z
-  float origin[3];                                     // x, y, z; z times the sign
-  float u_min, u_max, v_min, v_max, u_scale, v_scale;  // of the samples; and to 0 … 255
-  float spread;                                        // the greatest |u| or |v|, at least 1
-  float farthest;                                      // z of the farthest sample
-};
-
-struct FanSamples {
-  alignas(64) float u[kChunk], v[kChunk], inverse_end[kChunk];  // 1 / z of the direction
-  alignas(64) uint8_t u_step[kChunk], v_step[kChunk];           // of the samples' extent
-};
+inline constexpr int kFewSamples = 4;
 
 // Of a node's children.
 struct Rectangles {
@@ -57,10 +42,11 @@ class FanTracer {
     const SampleBits asked = live_;
     if (!is_trusted()) trace_alone(live_);
     while (live_.any()) {
-      const SampleBits taken = make_plane();
+      const size_t first = live_.lowest();
+      const SampleBits taken = make_plane(first);
       if (!taken.any()) {
-        trace_alone(live_);
-        break;
+        trace_alone(SampleBits::just(first));
+        continue;
       }
       const SampleBits others = live_.without(taken);
       live_ = taken;
@@ -83,14 +69,14 @@ class FanTracer {
   Segment segment(size_t i) const { return segment_of(fan_, i); }
 
   void trace_alone(const SampleBits& which) {
-    which.for_each([&](size_t i) HWY_ATTR {
+    for (size_t i : which)
       if (Occluded(object_, segment(i))) blocked_.set(i);
-    });
     live_ = live_.without(which);
   }
 
-  // Picks the axis and prepares the samples that are near enough to it, which it returns. It may be that none is.
-  SampleBits make_plane();
+  // Takes the axis that sample `first` follows and prepares the samples that are near enough to it, which it returns.
+  // It may be that none is.
+  SampleBits make_plane(size_t first);
   // What of a node's children holds a sample that could be met, a bit each.
   uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
   // The samples in a child's rectangle.
@@ -108,41 +94,12 @@ class FanTracer {
   SampleBits live_, blocked_{};
 };
 
-inline SampleBits FanTracer::make_plane() {
+inline SampleBits FanTracer::make_plane(size_t first) {
   const FloatTag d;
-  // The axis that the sum of the directions follows, or else that of the first.
-  const auto alive_at = [&](size_t i) HWY_ATTR {
-    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
-    const uint8_t bytes[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
-    return hn::LoadMaskBits(d, bytes);
-  };
-  float sum[3];
-  for (size_t a = 0; a < 3; ++a) {
-    auto lanes = hn::Zero(d);
-    for (size_t i = 0; i < fan_.count; i += hn::Lanes(d))
-      lanes = hn::Add(lanes, hn::IfThenElseZero(alive_at(i), hn::LoadU(d, fan_.direction[a] + i)));
-    sum[a] = hn::GetLane(hn::SumOfLanes(d, lanes));
-  }
-  const size_t first = live_.lowest();
-  const auto longest = [](const auto& at) {
-    size_t axis = 0;
-    for (size_t a = 1; a < 3; ++a)
-      if (std::abs(at(a)) > std::abs(at(axis))) axis = a;
-    return axis;
-  };
-  const auto of_first = [&](size_t a) { return fan_.direction[a][first]; };
-  size_t z = longest([&](size_t a) { return sum[a]; });
-  plane_.sign = sum[z] < 0 ? -1.0f : 1.0f;
-  const auto follows = [&](size_t i) {
-    const float along = fan_.direction[z][i] * plane_.sign;
-    return along >= 0x1p-60f && along <= 0x1p60f &&
-           std::abs(fan_.direction[(z + 1) % 3][i]) <= kWidestTangent * along &&
-           std::abs(fan_.direction[(z + 2) % 3][i]) <= kWidestTangent * along;
-  };
-  if (!follows(first)) {
-    z = longest(of_first);
-    plane_.sign = of_first(z) < 0 ? -1.0f : 1.0f;
-  }
+  size_t z = 0;
+  for (size_t a = 1; a < 3; ++a)
+    if (std::abs(fan_.direction[a][first]) > std::abs(fan_.direction[z][first])) z = a;
+  plane_.sign = fan_.direction[z][first] < 0 ? -1.0f : 1.0f;
   plane_.axis = {(z + 1) % 3, (z + 2) % 3, z};
   for (size_t k = 0; k < 3; ++k) plane_.origin[k] = fan_.origin[plane_.axis[k]];
   plane_.origin[2] *= plane_.sign;
@@ -159,7 +116,9 @@ inline SampleBits FanTracer::make_plane() {
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    near = hn::And(near, alive_at(i));
+    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
+    const uint8_t alive_bits[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
+    near = hn::And(near, hn::LoadMaskBits(d, alive_bits));
     taken.add_run(i / kRun, uint64_t{lane_bits(d, near)} << i % kRun);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
     hn::Store(u, d, samples_.u + i);
@@ -260,97 +219,39 @@ HWY_INLINE SampleBits FanTracer::samples_in(const Rectangles& r, size_t child) c
   return in &= live_;
 }
 
-// Errors, for vertices whose coordinates, less the origin, are at most m, seen around a middle (u0, v0) within κ: so
-// that x' = x - u0 z is at most κ m. U is the spread; |u0| <= 2 U + 1, κ <= U + 1; u = 2^-24.
-//   x', y': u m (1 + |u0| + κ) <= u m (3 + 3 U) = ε                             z: u m
-//   a side's slopes, y' z - z y':   2 (κ m u m + m ε) + 4 u κ m²                 = u m² (6 κ + 6 + 6 U)
-//   its constant, x' y' - y' x':    4 κ m ε + 4 u κ² m²                          = u m² (12 κ (1 + U) + 4 κ²)
-//   the sample's place:             (3 U + κ) u, times slopes 4 κ m²;  the sum's rounding: 12 u κ² m²
-//   together: E = u m² κ (24 + 36 U + 32 κ);  det, likewise: E' = 36 u m³ κ (1 + U + κ)
-// z of the hit is det / Σ sides: before the end if Σ - det / end > 4 E + E' / end, and 24 u κ² m² < E for its rounding.
-// A quarter more covers what is of second order, and 2^-110 what underflows.
 template <uint32_t kVertices>
 HWY_INLINE void FanTracer::test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& r,
-                                size_t child, const SampleBits& samples) {
-  const FloatTag d;
-  const auto [x_axis, y_axis, z_axis] = plane_.axis;
-  float m = 0;
+                                size_t i, const SampleBits& samples) {
+  SeenBox box{r.u_min[i], r.u_max[i], r.v_min[i], r.v_max[i], 0};
   for (size_t k = 0; k < 3; ++k) {
-    const float origin = fan_.origin[plane_.axis[k]];
-    m = std::max(
-        {m, std::abs(node.min[plane_.axis[k]][child] - origin), std::abs(node.max[plane_.axis[k]][child] - origin)});
+    const size_t a = plane_.axis[k];
+    box.farthest =
+        std::max({box.farthest, std::abs(node.min[a][i] - fan_.origin[a]), std::abs(node.max[a][i] - fan_.origin[a])});
   }
-  const float spread = plane_.spread;
-  float u0 = 0.5f * (r.u_min[child] + r.u_max[child]), v0 = 0.5f * (r.v_min[child] + r.v_max[child]),
-        around = 0.5f * std::max(r.u_max[child] - r.u_min[child], r.v_max[child] - r.v_min[child]) * (1 + 0x1p-20f);
-  if (!(around < 1 + spread)) u0 = v0 = 0, around = 1 + spread;
-  constexpr float kUnit = 1.25f * 0x1p-24f;
-  const float edge = kUnit * m * m * around * (24 + 36 * spread + 32 * around) + 0x1p-110f;
-  const float depth = kUnit * 36 * m * m * m * around * (1 + spread + around) + 0x1p-110f;
-
-  LeafVertices<kVertices> xs, ys, zs;
-  for (size_t i = 0; i < kVertices; i += hn::Lanes(d)) {
-    const auto z =
-        hn::MulSub(hn::Load(d, leaf.vertex[z_axis] + i), hn::Set(d, plane_.sign), hn::Set(d, plane_.origin[2]));
-    zs.set(i, z);
-    xs.set(i, hn::NegMulAdd(hn::Set(d, u0), z,
-                            hn::Sub(hn::Load(d, leaf.vertex[x_axis] + i), hn::Set(d, plane_.origin[0]))));
-    ys.set(i, hn::NegMulAdd(hn::Set(d, v0), z,
-                            hn::Sub(hn::Load(d, leaf.vertex[y_axis] + i), hn::Set(d, plane_.origin[1]))));
-  }
-  const auto error = hn::Set(d, edge), minus = hn::Set(d, -edge);
-  SampleBits left = samples;
-  for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
-    const uint32_t present = leaf.present >> i & ((1u << hn::Lanes(d)) - 1);
-    if (present == 0) break;
-    hn::Vec<FloatTag> x[3], y[3], z[3], u_slope[3], v_slope[3], constant[3];
-    for (size_t k = 0; k < 3; ++k) {
-      const auto corner = corner_indices(leaf.corner[k] + i);
-      x[k] = xs.at(corner), y[k] = ys.at(corner), z[k] = zs.at(corner);
-    }
-    for (size_t k = 0; k < 3; ++k) {
-      const size_t n = (k + 1) % 3;
-      u_slope[k] = hn::MulSub(y[k], z[n], hn::Mul(z[k], y[n]));
-      v_slope[k] = hn::MulSub(z[k], x[n], hn::Mul(x[k], z[n]));
-      constant[k] = hn::MulSub(x[k], y[n], hn::Mul(y[k], x[n]));
-    }
-    const auto det = hn::MulAdd(x[2], u_slope[0], hn::MulAdd(y[2], v_slope[0], hn::Mul(z[2], constant[0])));
-    SampleBits hit{};
-    left.for_each([&](size_t s) HWY_ATTR {
-      const auto u = hn::Set(d, samples_.u[s] - u0), v = hn::Set(d, samples_.v[s] - v0);
-      const auto side = [&](size_t k)
-                            HWY_ATTR { return hn::MulAdd(u_slope[k], u, hn::MulAdd(v_slope[k], v, constant[k])); };
-      const auto a = side(0), b = side(1), c = side(2);
-      const auto least = hn::Min(a, hn::Min(b, c)), most = hn::Max(a, hn::Max(b, c));
-      const uint32_t possible = lane_bits(d, hn::Or(hn::Ge(least, minus), hn::Le(most, error))) & present;
-      if (HWY_LIKELY(possible == 0)) return;
-      const auto inside = hn::Or(hn::Ge(least, error), hn::Le(most, minus));
-      const auto total = hn::Add(a, hn::Add(b, c)), size = hn::Abs(total);
-      const auto height = hn::Xor(det, hn::And(total, hn::Set(d, -0.0f)));
-      const float inverse = samples_.inverse_end[s];
-      const auto before = hn::NegMulAdd(height, hn::Set(d, inverse), size),
-                 room = hn::Set(d, 5 * edge + depth * inverse);
-      const auto beyond = hn::Set(d, depth);
-      const auto yes = hn::And(inside, hn::And(hn::Ge(height, beyond), hn::Ge(before, room)));
-      if (lane_bits(d, yes) & possible) return hit.set(s);
-      const auto no = hn::And(inside, hn::Or(hn::Lt(height, hn::Neg(beyond)), hn::Lt(before, hn::Neg(room))));
-      const uint32_t doubtful = possible & ~lane_bits(d, no);
-      if (doubtful != 0 && meets_some(object_.view, node.child[child], doubtful << i, segment(s))) hit.set(s);
-    });
-    live_ = live_.without(hit);
-    left = left.without(hit);
-  }
+  Sides sides;
+  make_sides(leaf, plane_, box, sides);
+  if (sides.possible == 0) return;
+  const auto decide = [&](uint32_t triangles, size_t sample) {
+    return meets_some(object_.view, node.child[i], triangles, segment(sample));
+  };
+  // Whichever takes fewer steps.
+  constexpr int kVectors = static_cast<int>(kNodeWidth / kFloatLanes);
+  const bool by_triangle =
+      std::popcount(sides.possible) * std::popcount(samples.runs()) * kVectors + 4 < samples.count() * kVectors;
+  const SampleBits hit =
+      by_triangle ? hit_by_each(sides, samples_, samples, decide) : each_that_is_hit(sides, samples_, samples, decide);
+  live_ = live_.without(hit);
 }
 
 inline void FanTracer::trace_from_each(uint32_t child, const SampleBits& samples) {
-  samples.for_each([&](size_t i) HWY_ATTR {
+  for (size_t i : samples) {
     const Segment s = segment(i);
     NearRay ray;
     const Nearness nearness = make_near_ray(object_, s, ray);
     const bool met = nearness == Nearness::near ? trace_from(object_.view, child, ray, s)
                                                 : nearness == Nearness::far && occluded_scalar(object_, s);
     if (met) live_ = live_.without(SampleBits::just(i));
-  });
+  }
 }
 
 inline void FanTracer::trace(uint32_t root) {

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 
 #include <vcd/format/segment.h>
@@ -69,12 +70,29 @@ class SampleBits {
     for (uint64_t w : words_) sum += std::popcount(w);
     return sum;
   }
-  template <class Visit>
-  void for_each(const Visit& visit) const {
-    for (size_t w = 0; w < kWords; ++w)
-      for (uint64_t left = words_[w]; left; left &= left - 1)
-        visit(64 * w + static_cast<size_t>(std::countr_zero(left)));
-  }
+  // The places of the set bits, lowest first. (A loop over them, unlike a lambda for each, is compiled for the
+  // instructions of the function that it stands in.)
+  class Iterator {
+   public:
+    explicit Iterator(const SampleBits& bits) : bits_(bits), left_(bits.words_[0]) { skip(); }
+    size_t operator*() const { return 64 * word_ + static_cast<size_t>(std::countr_zero(left_)); }
+    Iterator& operator++() {
+      left_ &= left_ - 1;
+      skip();
+      return *this;
+    }
+    bool operator==(std::default_sentinel_t) const { return left_ == 0; }
+
+   private:
+    void skip() {
+      while (left_ == 0 && ++word_ < kWords) left_ = bits_.words_[word_];
+    }
+    const SampleBits& bits_;
+    size_t word_ = 0;
+    uint64_t left_;
+  };
+  Iterator begin() const { return Iterator(*this); }
+  std::default_sentinel_t end() const { return {}; }
 
   SampleBits& operator|=(const SampleBits& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] |= other.words_[w];
