@@ -169,7 +169,8 @@ HWY_INLINE Judged judge(const Sides& sides, const Lanes& lanes, hn::Vec<FloatTag
   if (HWY_UNLIKELY(flat != 0)) possible |= flat & lane_bits(d, hn::Le(hn::Max(a, hn::Max(b, c)), error));
   possible &= asked;
   if (HWY_LIKELY(possible == 0)) return {0, 0};
-  const auto inside = hn::Ge(least, error), total = hn::Add(a, hn::Add(b, c));
+  const auto inside = hn::Ge(least, error);
+  const auto total = hn::Add(a, hn::Add(b, c));
   const auto before = hn::NegMulAdd(lanes(sides.det), inverse_end, total),
              room = hn::MulAdd(inverse_end, hn::Set(d, sides.depth), hn::Set(d, 5 * sides.edge));
   const uint32_t certain = possible & ~flat;
