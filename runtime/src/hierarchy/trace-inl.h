@@ -32,7 +32,7 @@ HWY_INLINE uint32_t children_met(const HierarchyNode& node, const NearRay& ray) 
       return hn::MulSub(hn::Load(d, planes + (2 * a + 3) * kNodeWidth - ray.near_plane[a] + i),
                         hn::Set(d, ray.reciprocal[a]), hn::Set(d, ray.leave[a]));
     };
-    const auto enter = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Set(d, -ray.slack)));
+    const auto enter = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Set(d, ray.s_begin)));
     const auto leave = hn::Min(hn::Min(far(0), far(1)), hn::Min(far(2), hn::Set(d, ray.s_end)));
     met |= lane_bits(d, hn::Le(enter, leave)) << i;
   }
@@ -97,16 +97,20 @@ HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& 
     const auto t = hn::Xor(hn::MulAdd(u, az, hn::MulAdd(v, bz, hn::Mul(w, cz))), hn::And(det, hn::Set(d, -0.0f)));
     const auto first = hn::Set(d, ray.first), last = hn::Set(d, ray.last);
     const auto after = hn::NegMulAdd(size, first, t), before = hn::MulSub(size, last, t);
-    const auto wrong = hn::Mul(own_local, hn::Set(d, 3.0f)), wrong_last = hn::Add(wrong, hn::Set(d, ray.last_error));
+    const auto wrong = hn::Mul(own_local, hn::Set(d, 3.0f));
+    const auto wrong_first = hn::Add(wrong, hn::Set(d, ray.first_error)),
+               wrong_last = hn::Add(wrong, hn::Set(d, ray.last_error));
     const auto by_weights =
         hn::MulAdd(hn::Mul(own_limit, hn::Set(d, 8.0f)), hn::Sub(farthest, nearest), hn::Set(d, 0x1p-120f));
-    const auto room = hn::MulAdd(size, wrong, by_weights), room_last = hn::MulAdd(size, wrong_last, by_weights);
-    const auto hit = hn::And(hn::Ge(after, room), hn::Ge(before, room_last));
+    const auto room_first = hn::MulAdd(size, wrong_first, by_weights),
+               room_last = hn::MulAdd(size, wrong_last, by_weights);
+    const auto hit = hn::And(hn::Ge(after, room_first), hn::Ge(before, room_last));
     if (lane_bits(d, hn::And(inside, hit)) & possible) return true;
-    const auto missed = hn::Or(hn::Lt(after, hn::Neg(room)), hn::Lt(before, hn::Neg(room_last)));
+    const auto missed = hn::Or(hn::Lt(after, hn::Neg(room_first)), hn::Lt(before, hn::Neg(room_last)));
     const uint32_t left = possible & ~lane_bits(d, hn::And(inside, missed));
     if (HWY_LIKELY(left == 0)) continue;
-    const auto outside = hn::Or(hn::Lt(hn::Add(farthest, wrong), first), hn::Gt(hn::Sub(nearest, wrong_last), last));
+    const auto outside =
+        hn::Or(hn::Lt(hn::Add(farthest, wrong_first), first), hn::Gt(hn::Sub(nearest, wrong_last), last));
     doubtful |= (left & ~lane_bits(d, outside)) << i;
   }
   return HWY_UNLIKELY(doubtful != 0) && meets_some(view, child, doubtful, segment);
