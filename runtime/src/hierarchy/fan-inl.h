@@ -25,7 +25,7 @@ namespace HWY_NAMESPACE {
 
 // A direction must be no further from the plane's axis than this, as a tangent.
 inline constexpr float kWidestTangent = 4;
-// Fewer samples than these go on alone.
+// As few samples as these go on alone.
 inline constexpr int kFewSamples = 4;
 
 // Of a node's children.
@@ -36,25 +36,32 @@ struct Rectangles {
 
 class FanTracer {
  public:
-  FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan), live_(fan.live) {}
+  FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan) {}
 
   SampleBits blocked() {
-    const SampleBits asked = live_;
-    if (!is_trusted()) trace_alone(live_);
-    while (live_.any()) {
-      const size_t first = live_.lowest();
-      const SampleBits taken = make_plane(first);
+    SampleBits blocked{}, left = fan_.live;
+    const auto trace_alone = [&](const SampleBits& which) HWY_ATTR {
+      for (size_t i : which) blocked.set(i, Occluded(object_, segment_of(fan_, i)));
+      left = left.without(which);
+    };
+    while (left.any()) {
+      if (left.count() <= kFewSamples || !is_trusted()) {
+        trace_alone(left);
+        break;
+      }
+      const size_t first = left.lowest();
+      const SampleBits taken = make_plane(left, first);
       if (!taken.any()) {
         trace_alone(SampleBits::just(first));
         continue;
       }
-      const SampleBits others = live_.without(taken);
-      live_ = taken;
+      const SampleBits all = SampleBits::first(samples_.count);
+      live_ = all;
       trace(kRootUnit);
-      blocked_ |= taken.without(live_);
-      live_ = others;
+      for (size_t i : all.without(live_)) blocked.set(static_cast<size_t>(samples_.number[i]));
+      left = left.without(taken);
     }
-    return blocked_;
+    return blocked;
   }
 
  private:
@@ -66,17 +73,11 @@ class FanTracer {
     return reach >= 0x1p-20f && reach <= 0x1p30f && farthest <= 64 * reach;
   }
 
-  Segment segment(size_t i) const { return segment_of(fan_, i); }
+  Segment segment(size_t i) const { return segment_of(fan_, static_cast<size_t>(samples_.number[i])); }
 
-  void trace_alone(const SampleBits& which) {
-    for (size_t i : which)
-      if (Occluded(object_, segment(i))) blocked_.set(i);
-    live_ = live_.without(which);
-  }
-
-  // Takes the axis that sample `first` follows and prepares the samples that are near enough to it, which it returns.
-  // It may be that none is.
-  SampleBits make_plane(size_t first);
+  // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it.
+  // Returns them; it may be that none is.
+  SampleBits make_plane(const SampleBits& left, size_t first);
   // What of a node's children holds a sample that could be met, a bit each.
   uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
   // The samples in a child's rectangle.
@@ -91,10 +92,10 @@ class FanTracer {
   const Fan& fan_;
   FanPlane plane_;
   FanSamples samples_;
-  SampleBits live_, blocked_{};
+  SampleBits live_;  // of the samples: not blocked so far
 };
 
-inline SampleBits FanTracer::make_plane(size_t first) {
+inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   const FloatTag d;
   size_t z = 0;
   for (size_t a = 1; a < 3; ++a)
@@ -105,25 +106,32 @@ inline SampleBits FanTracer::make_plane(size_t first) {
   plane_.origin[2] *= plane_.sign;
 
   SampleBits taken{};
+  samples_.count = 0;
   const float* const dx = fan_.direction[plane_.axis[0]];
   const float* const dy = fan_.direction[plane_.axis[1]];
   const float* const dz = fan_.direction[plane_.axis[2]];
   const auto big = hn::Set(d, std::numeric_limits<float>::max());
   auto u_min = big, v_min = big, u_max = hn::Neg(big), v_max = u_max, end_max = hn::Zero(d);
   for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+    const uint64_t live = left.run(i / kRun) >> i % kRun;
+    if (live == 0) continue;
     const auto along = hn::Mul(hn::LoadU(d, dz + i), hn::Set(d, plane_.sign)), x = hn::LoadU(d, dx + i),
                y = hn::LoadU(d, dy + i), wide = hn::Mul(along, hn::Set(d, kWidestTangent));
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
-    const uint8_t alive_bits[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
-    near = hn::And(near, hn::LoadMaskBits(d, alive_bits));
-    taken.add_run(i / kRun, uint64_t{lane_bits(d, near)} << i % kRun);
+    const uint8_t live_bits[8] = {static_cast<uint8_t>(live), static_cast<uint8_t>(live >> 8)};
+    near = hn::And(near, hn::LoadMaskBits(d, live_bits));
+    const uint32_t bits = lane_bits(d, near);
+    taken.add_run(i / kRun, uint64_t{bits} << i % kRun);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
-    hn::Store(u, d, samples_.u + i);
-    hn::Store(v, d, samples_.v + i);
-    hn::Store(inverse, d, samples_.inverse_end + i);
+    const size_t at = samples_.count;
+    hn::StoreU(hn::Compress(u, near), d, samples_.u + at);
+    hn::StoreU(hn::Compress(v, near), d, samples_.v + at);
+    hn::StoreU(hn::Compress(inverse, near), d, samples_.inverse_end + at);
+    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
+    hn::StoreU(hn::Compress(numbers, hn::RebindMask(IndexTag(), near)), IndexTag(), samples_.number + at);
+    samples_.count += static_cast<size_t>(std::popcount(bits));
     u_min = hn::Min(u_min, hn::IfThenElse(near, u, big)), u_max = hn::Max(u_max, hn::IfThenElse(near, u, hn::Neg(big)));
     v_min = hn::Min(v_min, hn::IfThenElse(near, v, big)), v_max = hn::Max(v_max, hn::IfThenElse(near, v, hn::Neg(big)));
     end_max = hn::Max(end_max, hn::IfThenElseZero(near, along));
@@ -138,7 +146,7 @@ inline SampleBits FanTracer::make_plane(size_t first) {
   plane_.u_scale = scale(plane_.u_max - plane_.u_min), plane_.v_scale = scale(plane_.v_max - plane_.v_min);
   const hn::Rebind<uint8_t, FloatTag> bytes;
   const auto steps = [&](const float* places, float min, float step, uint8_t* into) HWY_ATTR {
-    for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+    for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
       const auto at = hn::Mul(hn::Sub(hn::Load(d, places + i), hn::Set(d, min)), hn::Set(d, step));
       const auto clamped = hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, 255.0f));
       hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(IndexTag(), clamped)), bytes, into + i);
@@ -205,7 +213,7 @@ HWY_INLINE SampleBits FanTracer::samples_in(const Rectangles& r, size_t child) c
   const auto width = hn::Set(d, static_cast<uint8_t>(r.u_last[child] - r.u_first[child])),
              height = hn::Set(d, static_cast<uint8_t>(r.v_last[child] - r.v_first[child]));
   SampleBits in{};
-  for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+  for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
     // Unsigned and modulo 256: a difference is at most the width if and only if the step lies between.
     const auto right = hn::Sub(hn::Load(d, samples_.u_step + i), u),
                above = hn::Sub(hn::Load(d, samples_.v_step + i), v);

@@ -29,9 +29,14 @@ struct FanPlane {
   float farthest;                                      // z of the farthest sample
 };
 
+// Those near enough to the plane's axis, without gaps.
 struct FanSamples {
-  alignas(64) float u[kChunk], v[kChunk], inverse_end[kChunk];  // 1 / z of the direction
-  alignas(64) uint8_t u_step[kChunk], v_step[kChunk];           // of the samples' extent
+  size_t count;
+  // With room for a whole vector behind the last.
+  alignas(64) float u[kChunk + kNodeWidth], v[kChunk + kNodeWidth];
+  alignas(64) float inverse_end[kChunk + kNodeWidth];  // 1 / z of the direction
+  alignas(64) int32_t number[kChunk + kNodeWidth];     // in the fan
+  alignas(64) uint8_t u_step[kChunk], v_step[kChunk];  // of the samples' extent
 };
 
 // A leaf's box: where it is seen, and its greatest coordinate less the origin's.
