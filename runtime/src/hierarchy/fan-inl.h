@@ -13,7 +13,6 @@
 
 #include <array>
 #include <bit>
-#include <cstring>
 #include <limits>
 
 #include "hierarchy/fan_leaf-inl.h"
@@ -55,7 +54,7 @@ class FanTracer {
         trace_alone(SampleBits::just(first));
         continue;
       }
-      const SampleBits all = SampleBits::first(samples_.count);
+      const FanBits all = FanBits::first(samples_.count);
       live_ = all;
       trace(kRootUnit);
       for (size_t i : all.without(live_)) blocked.set(static_cast<size_t>(samples_.number[i]));
@@ -75,24 +74,24 @@ class FanTracer {
 
   Segment segment(size_t i) const { return segment_of(fan_, static_cast<size_t>(samples_.number[i])); }
 
-  // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it.
-  // Returns them; it may be that none is.
+  // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it, as
+  // many as there is room for. Returns them; it may be that none is.
   SampleBits make_plane(const SampleBits& left, size_t first);
   // What of a node's children holds a sample that could be met, a bit each.
   uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
   // The samples in a child's rectangle.
-  SampleBits samples_in(const Rectangles& rectangles, size_t child) const;
+  FanBits samples_in(const Rectangles& rectangles, size_t child) const;
   template <uint32_t kVertices>
   void test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& rectangles, size_t i,
-            const SampleBits& samples);
-  void trace_from_each(uint32_t child, const SampleBits& samples);
+            const FanBits& samples);
+  void trace_from_each(uint32_t child, const FanBits& samples);
   void trace(uint32_t root);
 
   const Traced& object_;
   const Fan& fan_;
   FanPlane plane_;
   FanSamples samples_;
-  SampleBits live_;  // of the samples: not blocked so far
+  FanBits live_;  // of the samples: not blocked so far
 };
 
 inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
@@ -112,7 +111,7 @@ inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   const float* const dz = fan_.direction[plane_.axis[2]];
   const auto big = hn::Set(d, std::numeric_limits<float>::max());
   auto u_min = big, v_min = big, u_max = hn::Neg(big), v_max = u_max, end_max = hn::Zero(d);
-  for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+  for (size_t i = 0; i < fan_.count && samples_.count <= kFanSamples - hn::Lanes(d); i += hn::Lanes(d)) {
     const uint64_t live = left.run(i / kRun) >> i % kRun;
     if (live == 0) continue;
     const auto along = hn::Mul(hn::LoadU(d, dz + i), hn::Set(d, plane_.sign)), x = hn::LoadU(d, dx + i),
@@ -144,6 +143,7 @@ inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
       std::max({1.0f, std::abs(plane_.u_min), std::abs(plane_.u_max), std::abs(plane_.v_min), std::abs(plane_.v_max)});
   const auto scale = [](float extent) { return extent > 0x1p-60f ? 255 / extent : 0.0f; };
   plane_.u_scale = scale(plane_.u_max - plane_.u_min), plane_.v_scale = scale(plane_.v_max - plane_.v_min);
+  plane_.step = std::max(plane_.u_max - plane_.u_min, plane_.v_max - plane_.v_min) * (1.01f / 255);
   const hn::Rebind<uint8_t, FloatTag> bytes;
   const auto steps = [&](const float* places, float min, float step, uint8_t* into) HWY_ATTR {
     for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
@@ -207,29 +207,25 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
   return met;
 }
 
-HWY_INLINE SampleBits FanTracer::samples_in(const Rectangles& r, size_t child) const {
+HWY_INLINE FanBits FanTracer::samples_in(const Rectangles& r, size_t child) const {
   const hn::CappedTag<uint8_t, 64> d;
   const auto u = hn::Set(d, r.u_first[child]), v = hn::Set(d, r.v_first[child]);
   const auto width = hn::Set(d, static_cast<uint8_t>(r.u_last[child] - r.u_first[child])),
              height = hn::Set(d, static_cast<uint8_t>(r.v_last[child] - r.v_first[child]));
-  SampleBits in{};
+  FanBits in{};
   for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
     // Unsigned and modulo 256: a difference is at most the width if and only if the step lies between.
     const auto right = hn::Sub(hn::Load(d, samples_.u_step + i), u),
                above = hn::Sub(hn::Load(d, samples_.v_step + i), v);
     const auto inside = hn::And(hn::Eq(hn::Min(right, width), right), hn::Eq(hn::Min(above, height), above));
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, inside, bits);
-    uint64_t word;
-    std::memcpy(&word, bits, sizeof word);
-    in.add_word(i / 64, word << i % 64);
+    in.add_word(i / 64, byte_bits(d, inside) << i % 64);
   }
   return in &= live_;
 }
 
 template <uint32_t kVertices>
 HWY_INLINE void FanTracer::test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& r,
-                                size_t i, const SampleBits& samples) {
+                                size_t i, const FanBits& samples) {
   SeenBox box{r.u_min[i], r.u_max[i], r.v_min[i], r.v_max[i], 0};
   for (size_t k = 0; k < 3; ++k) {
     const size_t a = plane_.axis[k];
@@ -246,19 +242,19 @@ HWY_INLINE void FanTracer::test(const HierarchyLeaf<kVertices>& leaf, const Hier
   constexpr int kVectors = static_cast<int>(kNodeWidth / kFloatLanes);
   const bool by_triangle =
       std::popcount(sides.possible) * std::popcount(samples.runs()) * kVectors + 4 < samples.count() * kVectors;
-  const SampleBits hit =
+  const FanBits hit =
       by_triangle ? hit_by_each(sides, samples_, samples, decide) : each_that_is_hit(sides, samples_, samples, decide);
   live_ = live_.without(hit);
 }
 
-inline void FanTracer::trace_from_each(uint32_t child, const SampleBits& samples) {
+inline void FanTracer::trace_from_each(uint32_t child, const FanBits& samples) {
   for (size_t i : samples) {
     const Segment s = segment(i);
     NearRay ray;
     const Nearness nearness = make_near_ray(object_, s, ray);
     const bool met = nearness == Nearness::near ? trace_from(object_.view, child, ray, s)
                                                 : nearness == Nearness::far && occluded_scalar(object_, s);
-    if (met) live_ = live_.without(SampleBits::just(i));
+    if (met) live_ = live_.without(FanBits::just(i));
   }
 }
 
@@ -285,7 +281,7 @@ inline void FanTracer::trace(uint32_t root) {
     }
     const auto i = static_cast<size_t>(std::countr_zero(rest.met));
     rest.met &= rest.met - 1;
-    const SampleBits in = samples_in(rest.rectangles, i);
+    const FanBits in = samples_in(rest.rectangles, i);
     if (!in.any()) continue;
     const uint32_t child = rest.node->child[i];
     if (rest.met != 0) {

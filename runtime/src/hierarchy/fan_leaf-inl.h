@@ -25,18 +25,23 @@ struct FanPlane {
   float sign;                                          // of z
   float origin[3];                                     // x, y, z; z times the sign
   float u_min, u_max, v_min, v_max, u_scale, v_scale;  // of the samples; and to 0 … 255
+  float step;                                          // of both, at least
   float spread;                                        // the greatest |u| or |v|, at least 1
   float farthest;                                      // z of the farthest sample
 };
+
+// As many samples as are traced together.
+inline constexpr size_t kFanSamples = 128;
+using FanBits = BitSet<kFanSamples>;
 
 // Those near enough to the plane's axis, without gaps.
 struct FanSamples {
   size_t count;
   // With room for a whole vector behind the last.
-  alignas(64) float u[kChunk + kNodeWidth], v[kChunk + kNodeWidth];
-  alignas(64) float inverse_end[kChunk + kNodeWidth];  // 1 / z of the direction
-  alignas(64) int32_t number[kChunk + kNodeWidth];     // in the fan
-  alignas(64) uint8_t u_step[kChunk], v_step[kChunk];  // of the samples' extent
+  alignas(64) float u[kFanSamples + kNodeWidth], v[kFanSamples + kNodeWidth];
+  alignas(64) float inverse_end[kFanSamples + kNodeWidth];       // 1 / z of the direction
+  alignas(64) int32_t number[kFanSamples + kNodeWidth];          // in the fan
+  alignas(64) uint8_t u_step[kFanSamples], v_step[kFanSamples];  // of the samples' extent
 };
 
 // A leaf's box: where it is seen, and its greatest coordinate less the origin's.
@@ -78,7 +83,8 @@ void settle_flat(const HierarchyLeaf<kVertices>& leaf, const FanPlane& plane, fl
 }
 
 // Errors, for vertices whose coordinates, less the origin, are at most m, seen around a middle (u0, v0) within κ: so
-// that x' = x - u0 z is at most κ m. U is the spread; |u0| <= 2 U + 1, κ <= U + 1; u = 2^-24.
+// that x' = x - u0 z is at most κ m. Samples are within κ too: in the leaf's rectangle or less than a step beside it.
+// U is the spread; |u0| <= U, κ <= U + 2; u = 2^-24.
 //   x', y': u m (1 + |u0| + κ) <= u m (3 + 3 U) = ε                             z: u m
 //   a side's slopes, y' z - z y':   2 (κ m u m + m ε) + 4 u κ m²                 = u m² (6 κ + 6 + 6 U)
 //   its constant, x' y' - y' x':    4 κ m ε + 4 u κ² m²                          = u m² (12 κ (1 + U) + 4 κ²)
@@ -95,9 +101,12 @@ HWY_INLINE void make_sides(const HierarchyLeaf<kVertices>& leaf, const FanPlane&
   const FloatTag d;
   const auto [x_axis, y_axis, z_axis] = plane.axis;
   const float m = box.farthest, spread = plane.spread;
-  float u0 = 0.5f * (box.u_min + box.u_max), v0 = 0.5f * (box.v_min + box.v_max),
-        around = 0.5f * std::max(box.u_max - box.u_min, box.v_max - box.v_min) * (1 + 0x1p-20f);
+  const float u_low = std::max(box.u_min, plane.u_min), u_high = std::min(box.u_max, plane.u_max),
+              v_low = std::max(box.v_min, plane.v_min), v_high = std::min(box.v_max, plane.v_max);
+  float u0 = 0.5f * (u_low + u_high), v0 = 0.5f * (v_low + v_high);
+  float around = std::max({u0 - box.u_min, box.u_max - u0, v0 - box.v_min, box.v_max - v0});
   if (!(around < 1 + spread)) u0 = v0 = 0, around = 1 + spread;
+  around = (around + plane.step) * (1 + 0x1p-20f);
   constexpr float kUnit = 1.25f * 0x1p-24f;
   sides.u0 = u0, sides.v0 = v0;
   sides.edge = kUnit * m * m * around * (24 + 36 * spread + 32 * around) + 0x1p-110f;
@@ -113,11 +122,8 @@ HWY_INLINE void make_sides(const HierarchyLeaf<kVertices>& leaf, const FanPlane&
     ys.set(i, hn::NegMulAdd(hn::Set(d, v0), z,
                             hn::Sub(hn::Load(d, leaf.vertex[y_axis] + i), hn::Set(d, plane.origin[1]))));
   }
-  const auto u_low = hn::Set(d, std::max(box.u_min, plane.u_min) - u0),
-             u_high = hn::Set(d, std::min(box.u_max, plane.u_max) - u0),
-             v_low = hn::Set(d, std::max(box.v_min, plane.v_min) - v0),
-             v_high = hn::Set(d, std::min(box.v_max, plane.v_max) - v0);
-  const auto limit = hn::Set(d, -2 * sides.edge);
+  const auto u_reach = hn::Set(d, std::max(u_high - u0, u0 - u_low)),
+             v_reach = hn::Set(d, std::max(v_high - v0, v0 - v_low)), limit = hn::Set(d, -2 * sides.edge);
   sides.possible = sides.flat = sides.negated = 0;
   for (size_t i = 0; i < kNodeWidth && leaf.present >> i != 0; i += hn::Lanes(d)) {
     hn::Vec<FloatTag> x[3], y[3], z[3], u_slope[3], v_slope[3], constant[3];
@@ -137,15 +143,13 @@ HWY_INLINE void make_sides(const HierarchyLeaf<kVertices>& leaf, const FanPlane&
     hn::Store(size, d, sides.det + i);
     auto positive = hn::Ge(size, hn::Zero(d)), negative = flat;  // no NaN comes here: see FanTracer::is_trusted()
     for (size_t k = 0; k < 3; ++k) {
-      const auto u = hn::Xor(u_slope[k], sign), v = hn::Xor(v_slope[k], sign), c = hn::Xor(constant[k], sign);
-      hn::Store(u, d, sides.u_slope[k] + i);
-      hn::Store(v, d, sides.v_slope[k] + i);
+      const auto c = hn::Xor(constant[k], sign);
+      hn::Store(hn::Xor(u_slope[k], sign), d, sides.u_slope[k] + i);
+      hn::Store(hn::Xor(v_slope[k], sign), d, sides.v_slope[k] + i);
       hn::Store(c, d, sides.constant[k] + i);
-      const auto ul = hn::Mul(u, u_low), uh = hn::Mul(u, u_high), vl = hn::Mul(v, v_low), vh = hn::Mul(v, v_high);
-      const auto most = hn::Add(c, hn::Add(hn::Max(ul, uh), hn::Max(vl, vh))),
-                 least = hn::Add(c, hn::Add(hn::Min(ul, uh), hn::Min(vl, vh)));
-      positive = hn::And(positive, hn::Ge(most, limit));
-      negative = hn::And(negative, hn::Le(least, hn::Neg(limit)));
+      const auto reach = hn::MulAdd(hn::Abs(u_slope[k]), u_reach, hn::Mul(hn::Abs(v_slope[k]), v_reach));
+      positive = hn::And(positive, hn::Ge(hn::Add(c, reach), limit));
+      negative = hn::And(negative, hn::Le(hn::Sub(c, reach), hn::Neg(limit)));
     }
     sides.flat |= lane_bits(d, flat) << i;
     sides.negated |= lane_bits(d, hn::Lt(det, hn::Zero(d))) << i;
@@ -187,14 +191,14 @@ HWY_INLINE Judged judge(const Sides& sides, const Lanes& lanes, hn::Vec<FloatTag
 // Those of `asked` that a triangle meets. A triangle at a time, with lanes of samples; decide(triangles, sample) says
 // of a sample whether it meets one of the triangles, a bit each, exactly.
 template <class Decide>
-HWY_INLINE SampleBits hit_by_each(const Sides& sides, const FanSamples& samples, const SampleBits& asked,
-                                  const Decide& decide) {
+HWY_INLINE FanBits hit_by_each(const Sides& sides, const FanSamples& samples, const FanBits& asked,
+                               const Decide& decide) {
   const FloatTag d;
-  SampleBits left = asked;
+  FanBits left = asked;
   for (uint32_t rest = sides.possible; rest != 0 && left.any(); rest &= rest - 1) {
     const auto t = static_cast<size_t>(std::countr_zero(rest));
     const uint32_t flat = sides.flat >> t & 1 ? ~0u : 0;
-    SampleBits hit{};
+    FanBits hit{};
     for (uint32_t runs = left.runs(); runs != 0; runs &= runs - 1) {
       const auto run = static_cast<size_t>(std::countr_zero(runs));
       for (size_t i = run * kRun; i < (run + 1) * kRun; i += hn::Lanes(d)) {
@@ -216,10 +220,10 @@ HWY_INLINE SampleBits hit_by_each(const Sides& sides, const FanSamples& samples,
 
 // The same, a sample at a time, with lanes of triangles.
 template <class Decide>
-HWY_INLINE SampleBits each_that_is_hit(const Sides& sides, const FanSamples& samples, const SampleBits& asked,
-                                       const Decide& decide) {
+HWY_INLINE FanBits each_that_is_hit(const Sides& sides, const FanSamples& samples, const FanBits& asked,
+                                    const Decide& decide) {
   const FloatTag d;
-  SampleBits hit{};
+  FanBits hit{};
   for (size_t s : asked) {
     uint32_t met = 0, doubtful = 0;
     for (size_t i = 0; i < kNodeWidth && sides.possible >> i != 0 && met == 0; i += hn::Lanes(d)) {

@@ -1,5 +1,5 @@
-// A bit for each segment of a chunk: SampleBits{} has none set. Bundles and arrays are answered a chunk at a time, and
-// within it a run at a time.
+// A bit for each segment of a chunk, or of less: SampleBits{} has none set. Bundles and arrays are answered a chunk at
+// a time, and within it a run at a time.
 #pragma once
 
 #include <algorithm>
@@ -23,23 +23,24 @@ inline bool has_words_for(size_t segments, std::span<const uint64_t> bits) {
   return bits.size() >= words_for(segments);
 }
 
-class SampleBits {
+template <size_t kCapacity>
+class BitSet {
  public:
-  static SampleBits first(size_t count) {
-    SampleBits bits{};
+  static BitSet first(size_t count) {
+    BitSet bits{};
     for (size_t w = 0; w < kWords && 64 * w < count; ++w)
       bits.words_[w] = ~uint64_t{0} >> (64 - std::min<size_t>(64, count - 64 * w));
     return bits;
   }
   template <size_t kCount>
-  static SampleBits of(const uint64_t (&words)[kCount]) {
+  static BitSet of(const uint64_t (&words)[kCount]) {
     static_assert(kCount == kWords);
-    SampleBits bits;
+    BitSet bits;
     std::copy_n(words, kWords, bits.words_.begin());
     return bits;
   }
-  static SampleBits just(size_t i) {
-    SampleBits bits{};
+  static BitSet just(size_t i) {
+    BitSet bits{};
     bits.set(i);
     return bits;
   }
@@ -52,7 +53,7 @@ class SampleBits {
   // Bit r: whether run r has a bit.
   uint32_t runs() const {
     uint32_t some = 0;
-    for (size_t r = 0; r < kRuns; ++r) some |= uint32_t{run(r) != 0} << r;
+    for (size_t r = 0; r < kCapacity / kRun; ++r) some |= uint32_t{run(r) != 0} << r;
     return some;
   }
 
@@ -74,7 +75,7 @@ class SampleBits {
   // instructions of the function that it stands in.)
   class Iterator {
    public:
-    explicit Iterator(const SampleBits& bits) : bits_(bits), left_(bits.words_[0]) { skip(); }
+    explicit Iterator(const BitSet& bits) : bits_(bits), left_(bits.words_[0]) { skip(); }
     size_t operator*() const { return 64 * word_ + static_cast<size_t>(std::countr_zero(left_)); }
     Iterator& operator++() {
       left_ &= left_ - 1;
@@ -87,38 +88,40 @@ class SampleBits {
     void skip() {
       while (left_ == 0 && ++word_ < kWords) left_ = bits_.words_[word_];
     }
-    const SampleBits& bits_;
+    const BitSet& bits_;
     size_t word_ = 0;
     uint64_t left_;
   };
   Iterator begin() const { return Iterator(*this); }
   std::default_sentinel_t end() const { return {}; }
 
-  SampleBits& operator|=(const SampleBits& other) {
+  BitSet& operator|=(const BitSet& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] |= other.words_[w];
     return *this;
   }
-  SampleBits& operator&=(const SampleBits& other) {
+  BitSet& operator&=(const BitSet& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] &= other.words_[w];
     return *this;
   }
-  SampleBits operator&(const SampleBits& other) const {
-    SampleBits bits = *this;
+  BitSet operator&(const BitSet& other) const {
+    BitSet bits = *this;
     return bits &= other;
   }
-  SampleBits without(const SampleBits& other) const {
-    SampleBits bits = *this;
+  BitSet without(const BitSet& other) const {
+    BitSet bits = *this;
     for (size_t w = 0; w < kWords; ++w) bits.words_[w] &= ~other.words_[w];
     return bits;
   }
 
-  // The first `count` bits, count <= kChunk, as whole words.
+  // The first `count` bits, count <= kCapacity, as whole words.
   void store(size_t count, uint64_t* into) const { std::copy_n(words_.begin(), words_for(count), into); }
 
  private:
-  static constexpr size_t kWords = kChunk / 64;
+  static constexpr size_t kWords = kCapacity / 64;
   std::array<uint64_t, kWords> words_;
 };
+
+using SampleBits = BitSet<kChunk>;
 
 // The answers to a chunk; clear where neither bit is set.
 struct SampleAnswers {
