@@ -33,6 +33,21 @@ struct Rectangles {
   uint8_t u_first[kNodeWidth], u_last[kNodeWidth], v_first[kNodeWidth], v_last[kNodeWidth];
 };
 
+// Of the lowest bits.
+HWY_INLINE hn::Mask<FloatTag> mask_of(uint64_t bits) {
+  const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
+  return hn::LoadMaskBits(FloatTag(), bytes);
+}
+
+// The steps of places from the first one on.
+HWY_INLINE void store_steps(hn::Vec<FloatTag> at, float first, float scale, uint8_t* into) {
+  const FloatTag d;
+  const hn::Rebind<uint8_t, FloatTag> bytes;
+  const hn::RebindToUnsigned<IndexTag> words;
+  const auto steps = hn::ConvertTo(IndexTag(), hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, scale)));
+  hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(words, steps)), bytes, into);
+}
+
 class FanTracer {
  public:
   FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan) {}
@@ -57,7 +72,9 @@ class FanTracer {
       const FanBits all = FanBits::first(samples_.count);
       live_ = all;
       trace(kRootUnit);
-      for (size_t i : all.without(live_)) blocked.set(static_cast<size_t>(samples_.number[i]));
+      if (is_packed_)
+        for (size_t i : all.without(live_)) blocked.set(static_cast<size_t>(samples_.number[i]));
+      else blocked.add(all.without(live_));
       left = left.without(taken);
     }
     return blocked;
@@ -72,11 +89,12 @@ class FanTracer {
     return reach >= 0x1p-20f && reach <= 0x1p30f && farthest <= 64 * reach;
   }
 
-  Segment segment(size_t i) const { return segment_of(fan_, static_cast<size_t>(samples_.number[i])); }
+  Segment segment(size_t i) const { return segment_of(fan_, is_packed_ ? static_cast<size_t>(samples_.number[i]) : i); }
 
   // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it, as
   // many as there is room for. Returns them; it may be that none is.
   SampleBits make_plane(const SampleBits& left, size_t first);
+  void pack(const SampleBits& taken);
   // What of a node's children holds a sample that could be met, a bit each.
   uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
   // The samples in a child's rectangle.
@@ -91,7 +109,8 @@ class FanTracer {
   const Fan& fan_;
   FanPlane plane_;
   FanSamples samples_;
-  FanBits live_;  // of the samples: not blocked so far
+  bool is_packed_;  // or the samples are the fan's first
+  FanBits live_;    // of the samples: not blocked so far
 };
 
 inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
@@ -105,56 +124,65 @@ inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   plane_.origin[2] *= plane_.sign;
 
   SampleBits taken{};
-  samples_.count = 0;
+  int count = 0;
   const float* const dx = fan_.direction[plane_.axis[0]];
   const float* const dy = fan_.direction[plane_.axis[1]];
   const float* const dz = fan_.direction[plane_.axis[2]];
   const auto big = hn::Set(d, std::numeric_limits<float>::max());
   auto u_min = big, v_min = big, u_max = hn::Neg(big), v_max = u_max, end_max = hn::Zero(d);
-  for (size_t i = 0; i < fan_.count && samples_.count <= kFanSamples - hn::Lanes(d); i += hn::Lanes(d)) {
-    const uint64_t live = left.run(i / kRun) >> i % kRun;
+  for (size_t i = 0; i < fan_.count && count <= static_cast<int>(kFanSamples - hn::Lanes(d)); i += hn::Lanes(d)) {
+    const uint32_t live = static_cast<uint32_t>(left.run(i / kRun) >> i % kRun) & ((1u << hn::Lanes(d)) - 1);
     if (live == 0) continue;
     const auto along = hn::Mul(hn::LoadU(d, dz + i), hn::Set(d, plane_.sign)), x = hn::LoadU(d, dx + i),
                y = hn::LoadU(d, dy + i), wide = hn::Mul(along, hn::Set(d, kWidestTangent));
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    const uint8_t live_bits[8] = {static_cast<uint8_t>(live), static_cast<uint8_t>(live >> 8)};
-    near = hn::And(near, hn::LoadMaskBits(d, live_bits));
+    if (live != (1u << hn::Lanes(d)) - 1) near = hn::And(near, mask_of(live));
     const uint32_t bits = lane_bits(d, near);
     taken.add_run(i / kRun, uint64_t{bits} << i % kRun);
+    count += std::popcount(bits);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
-    const size_t at = samples_.count;
-    hn::StoreU(hn::Compress(u, near), d, samples_.u + at);
-    hn::StoreU(hn::Compress(v, near), d, samples_.v + at);
-    hn::StoreU(hn::Compress(inverse, near), d, samples_.inverse_end + at);
-    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
-    hn::StoreU(hn::Compress(numbers, hn::RebindMask(IndexTag(), near)), IndexTag(), samples_.number + at);
-    samples_.count += static_cast<size_t>(std::popcount(bits));
+    hn::Store(u, d, samples_.u + i);
+    hn::Store(v, d, samples_.v + i);
+    hn::Store(inverse, d, samples_.inverse_end + i);
     u_min = hn::Min(u_min, hn::IfThenElse(near, u, big)), u_max = hn::Max(u_max, hn::IfThenElse(near, u, hn::Neg(big)));
     v_min = hn::Min(v_min, hn::IfThenElse(near, v, big)), v_max = hn::Max(v_max, hn::IfThenElse(near, v, hn::Neg(big)));
     end_max = hn::Max(end_max, hn::IfThenElseZero(near, along));
   }
+  pack(taken);
+  if (!taken.any()) return taken;
   plane_.u_min = hn::GetLane(hn::MinOfLanes(d, u_min)), plane_.u_max = hn::GetLane(hn::MaxOfLanes(d, u_max));
   plane_.v_min = hn::GetLane(hn::MinOfLanes(d, v_min)), plane_.v_max = hn::GetLane(hn::MaxOfLanes(d, v_max));
   plane_.farthest = hn::GetLane(hn::MaxOfLanes(d, end_max));
-  if (!taken.any()) return taken;
   plane_.spread =
       std::max({1.0f, std::abs(plane_.u_min), std::abs(plane_.u_max), std::abs(plane_.v_min), std::abs(plane_.v_max)});
   const auto scale = [](float extent) { return extent > 0x1p-60f ? 255 / extent : 0.0f; };
   plane_.u_scale = scale(plane_.u_max - plane_.u_min), plane_.v_scale = scale(plane_.v_max - plane_.v_min);
   plane_.step = std::max(plane_.u_max - plane_.u_min, plane_.v_max - plane_.v_min) * (1.01f / 255);
-  const hn::Rebind<uint8_t, FloatTag> bytes;
-  const auto steps = [&](const float* places, float min, float step, uint8_t* into) HWY_ATTR {
-    for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
-      const auto at = hn::Mul(hn::Sub(hn::Load(d, places + i), hn::Set(d, min)), hn::Set(d, step));
-      const auto clamped = hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, 255.0f));
-      hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(IndexTag(), clamped)), bytes, into + i);
-    }
-  };
-  steps(samples_.u, plane_.u_min, plane_.u_scale, samples_.u_step);
-  steps(samples_.v, plane_.v_min, plane_.v_scale, samples_.v_step);
+  for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
+    store_steps(hn::Load(d, samples_.u + i), plane_.u_min, plane_.u_scale, samples_.u_step + i);
+    store_steps(hn::Load(d, samples_.v + i), plane_.v_min, plane_.v_scale, samples_.v_step + i);
+  }
   return taken;
+}
+
+// Moves those of `taken` to the front.
+inline void FanTracer::pack(const SampleBits& taken) {
+  const FloatTag d;
+  const auto count = static_cast<size_t>(taken.count());
+  samples_.count = count;
+  is_packed_ = !(taken == SampleBits::first(count));
+  if (!is_packed_) return;
+  size_t at = 0;
+  for (size_t i = 0; i < fan_.count && at < count; i += hn::Lanes(d)) {
+    const auto mask = mask_of(taken.run(i / kRun) >> i % kRun);
+    for (float* array : {samples_.u, samples_.v, samples_.inverse_end})
+      hn::StoreU(hn::Compress(hn::Load(d, array + i), mask), d, array + at);
+    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
+    hn::StoreU(hn::Compress(numbers, hn::RebindMask(IndexTag(), mask)), IndexTag(), samples_.number + at);
+    at += static_cast<size_t>(std::popcount(lane_bits(d, mask)));
+  }
 }
 
 // A place is wrong by less than 3 u · 4, a rectangle's side by less than 4 u of itself (u = 2^-24). Sides within ±8 are
@@ -167,7 +195,6 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
   const float* const z_far = plane_.sign > 0 ? node.max[z_axis] : node.min[z_axis];
   const auto sign = hn::Set(d, plane_.sign), zero = hn::Zero(d), one = hn::Set(d, 1.0f),
              infinite = hn::Set(d, std::numeric_limits<float>::infinity()), grow = hn::Set(d, 0x1p-18f);
-  const hn::Rebind<uint8_t, FloatTag> bytes;
   uint32_t met = 0;
   for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
     const auto origin_z = hn::Set(d, plane_.origin[2]);
@@ -191,14 +218,9 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
       holds = hn::And(holds, hn::And(hn::Le(low, hn::Set(d, last)), hn::Ge(high, hn::Set(d, first))));
       hn::Store(low, d, lows + i);
       hn::Store(high, d, highs + i);
-      const auto steps = [&](auto at) HWY_ATTR {
-        at = hn::Min(hn::Max(at, hn::Set(d, first)), hn::Set(d, last));  // an infinity times 0 would be no number
-        at = hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, step));
-        at = hn::Min(hn::Max(at, zero), hn::Set(d, 255.0f));
-        return hn::DemoteTo(bytes, hn::ConvertTo(IndexTag(), at));
-      };
-      hn::StoreU(steps(low), bytes, low_steps + i);
-      hn::StoreU(steps(high), bytes, high_steps + i);
+      const auto within = [&](auto at) HWY_ATTR { return hn::Min(hn::Max(at, hn::Set(d, first)), hn::Set(d, last)); };
+      store_steps(within(low), first, step, low_steps + i);
+      store_steps(within(high), first, step, high_steps + i);
     };
     side(x_axis, 0, plane_.u_min, plane_.u_max, plane_.u_scale, r.u_min, r.u_max, r.u_first, r.u_last);
     side(y_axis, 1, plane_.v_min, plane_.v_max, plane_.v_scale, r.v_min, r.v_max, r.v_first, r.v_last);

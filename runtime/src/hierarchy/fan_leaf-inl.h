@@ -34,13 +34,11 @@ struct FanPlane {
 inline constexpr size_t kFanSamples = 128;
 using FanBits = BitSet<kFanSamples>;
 
-// Those near enough to the plane's axis, without gaps.
+// Those near enough to the plane's axis; before they are packed, at their places in the fan.
 struct FanSamples {
   size_t count;
-  // With room for a whole vector behind the last.
-  alignas(64) float u[kFanSamples + kNodeWidth], v[kFanSamples + kNodeWidth];
-  alignas(64) float inverse_end[kFanSamples + kNodeWidth];       // 1 / z of the direction
-  alignas(64) int32_t number[kFanSamples + kNodeWidth];          // in the fan
+  alignas(64) float u[kChunk], v[kChunk], inverse_end[kChunk];   // 1 / z of the direction
+  alignas(64) int32_t number[kChunk];                            // in the fan
   alignas(64) uint8_t u_step[kFanSamples], v_step[kFanSamples];  // of the samples' extent
 };
 
@@ -159,83 +157,90 @@ HWY_INLINE void make_sides(const HierarchyLeaf<kVertices>& leaf, const FanPlane&
   if (HWY_UNLIKELY((sides.flat & sides.possible) != 0)) settle_flat(leaf, plane, m, sides);
 }
 
+// Of triangles, a lane each, or of one.
+struct SideLanes {
+  hn::Vec<FloatTag> u_slope[3], v_slope[3], constant[3], det;
+
+  template <class Take>
+  static HWY_INLINE SideLanes of(const Sides& sides, const Take& take) {
+    return {{take(sides.u_slope[0]), take(sides.u_slope[1]), take(sides.u_slope[2])},
+            {take(sides.v_slope[0]), take(sides.v_slope[1]), take(sides.v_slope[2])},
+            {take(sides.constant[0]), take(sides.constant[1]), take(sides.constant[2])},
+            take(sides.det)};
+  }
+};
+
 // What is certain of a triangle and a sample, in each lane one of either.
 struct Judged {
   uint32_t hit, doubtful;
 };
 
-// lanes() makes lanes of one of the arrays of the sides. A bit for each lane: those to judge, and those that are flat.
-template <class Lanes>
-HWY_INLINE Judged judge(const Sides& sides, const Lanes& lanes, hn::Vec<FloatTag> u, hn::Vec<FloatTag> v,
+// A bit for each lane: those to judge, and those that are flat. u and v less the middle's.
+HWY_INLINE Judged judge(const SideLanes& sides, float edge, float depth, hn::Vec<FloatTag> u, hn::Vec<FloatTag> v,
                         hn::Vec<FloatTag> inverse_end, uint32_t asked, uint32_t flat) {
   const FloatTag d;
   const auto side = [&](size_t k) HWY_ATTR {
-    return hn::MulAdd(lanes(sides.u_slope[k]), u, hn::MulAdd(lanes(sides.v_slope[k]), v, lanes(sides.constant[k])));
+    return hn::MulAdd(sides.u_slope[k], u, hn::MulAdd(sides.v_slope[k], v, sides.constant[k]));
   };
   const auto a = side(0), b = side(1), c = side(2);
-  const auto error = hn::Set(d, sides.edge), least = hn::Min(a, hn::Min(b, c));
+  const auto error = hn::Set(d, edge), least = hn::Min(a, hn::Min(b, c));
   uint32_t possible = lane_bits(d, hn::Ge(least, hn::Neg(error)));
   if (HWY_UNLIKELY(flat != 0)) possible |= flat & lane_bits(d, hn::Le(hn::Max(a, hn::Max(b, c)), error));
   possible &= asked;
   if (HWY_LIKELY(possible == 0)) return {0, 0};
   const auto inside = hn::Ge(least, error);
   const auto total = hn::Add(a, hn::Add(b, c));
-  const auto before = hn::NegMulAdd(lanes(sides.det), inverse_end, total),
-             room = hn::MulAdd(inverse_end, hn::Set(d, sides.depth), hn::Set(d, 5 * sides.edge));
+  const auto before = hn::NegMulAdd(sides.det, inverse_end, total),
+             room = hn::MulAdd(inverse_end, hn::Set(d, depth), hn::Set(d, 5 * edge));
   const uint32_t certain = possible & ~flat;
   const uint32_t hit = certain & lane_bits(d, hn::And(inside, hn::Ge(before, room)));
   const uint32_t missed = certain & lane_bits(d, hn::And(inside, hn::Lt(before, hn::Neg(room))));
   return {hit, possible & ~hit & ~missed};
 }
 
-// Those of `asked` that a triangle meets. A triangle at a time, with lanes of samples; decide(triangles, sample) says
-// of a sample whether it meets one of the triangles, a bit each, exactly.
+// Those of `asked` that a triangle meets. A vector of samples at a time, and each triangle; decide(triangles, sample)
+// says of a sample whether it meets one of the triangles, a bit each, exactly.
 template <class Decide>
 HWY_INLINE FanBits hit_by_each(const Sides& sides, const FanSamples& samples, const FanBits& asked,
                                const Decide& decide) {
   const FloatTag d;
-  FanBits left = asked;
-  for (uint32_t rest = sides.possible; rest != 0 && left.any(); rest &= rest - 1) {
-    const auto t = static_cast<size_t>(std::countr_zero(rest));
-    const uint32_t flat = sides.flat >> t & 1 ? ~0u : 0;
-    FanBits hit{};
-    for (uint32_t runs = left.runs(); runs != 0; runs &= runs - 1) {
-      const auto run = static_cast<size_t>(std::countr_zero(runs));
-      for (size_t i = run * kRun; i < (run + 1) * kRun; i += hn::Lanes(d)) {
-        const auto live = static_cast<uint32_t>(left.run(run) >> i % kRun) & ((1u << hn::Lanes(d)) - 1);
-        auto [met, doubtful] = judge(
-            sides, [&](const float* array) HWY_ATTR { return hn::Set(d, array[t]); },
-            hn::Sub(hn::Load(d, samples.u + i), hn::Set(d, sides.u0)),
-            hn::Sub(hn::Load(d, samples.v + i), hn::Set(d, sides.v0)), hn::Load(d, samples.inverse_end + i), live,
-            flat);
-        for (; HWY_UNLIKELY(doubtful != 0); doubtful &= doubtful - 1)
-          if (const int s = std::countr_zero(doubtful); decide(1u << t, i + static_cast<size_t>(s))) met |= 1u << s;
-        hit.add_run(run, uint64_t{met} << i % kRun);
-      }
+  const auto u0 = hn::Set(d, sides.u0), v0 = hn::Set(d, sides.v0);
+  FanBits hit{};
+  for (size_t i = 0; i < samples.count; i += hn::Lanes(d)) {
+    const auto all = static_cast<uint32_t>(asked.run(i / kRun) >> i % kRun) & ((1u << hn::Lanes(d)) - 1);
+    if (all == 0) continue;
+    const auto u = hn::Sub(hn::Load(d, samples.u + i), u0), v = hn::Sub(hn::Load(d, samples.v + i), v0),
+               inverse_end = hn::Load(d, samples.inverse_end + i);
+    uint32_t left = all;
+    for (uint32_t rest = sides.possible; rest != 0 && left != 0; rest &= rest - 1) {
+      const auto t = static_cast<size_t>(std::countr_zero(rest));
+      const auto one = SideLanes::of(sides, [&](const float* array) HWY_ATTR { return hn::Set(d, array[t]); });
+      auto [met, doubtful] =
+          judge(one, sides.edge, sides.depth, u, v, inverse_end, left, sides.flat >> t & 1 ? ~0u : 0);
+      for (; HWY_UNLIKELY(doubtful != 0); doubtful &= doubtful - 1)
+        if (const int s = std::countr_zero(doubtful); decide(1u << t, i + static_cast<size_t>(s))) met |= 1u << s;
+      left &= ~met;
     }
-    left = left.without(hit);
+    hit.add_run(i / kRun, uint64_t{all & ~left} << i % kRun);
   }
-  return asked.without(left);
+  return hit;
 }
 
-// The same, a sample at a time, with lanes of triangles.
+// The same, a vector of triangles at a time, and each sample.
 template <class Decide>
 HWY_INLINE FanBits each_that_is_hit(const Sides& sides, const FanSamples& samples, const FanBits& asked,
                                     const Decide& decide) {
   const FloatTag d;
   FanBits hit{};
-  for (size_t s : asked) {
-    uint32_t met = 0, doubtful = 0;
-    for (size_t i = 0; i < kNodeWidth && sides.possible >> i != 0 && met == 0; i += hn::Lanes(d)) {
-      const uint32_t all = (1u << hn::Lanes(d)) - 1;
-      const Judged judged = judge(
-          sides, [&](const float* array) HWY_ATTR { return hn::Load(d, array + i); },
-          hn::Set(d, samples.u[s] - sides.u0), hn::Set(d, samples.v[s] - sides.v0), hn::Set(d, samples.inverse_end[s]),
-          sides.possible >> i & all, sides.flat >> i & all);
-      met = judged.hit;
-      doubtful |= judged.doubtful << i;
+  for (size_t i = 0; i < kNodeWidth && sides.possible >> i != 0; i += hn::Lanes(d)) {
+    const auto some = SideLanes::of(sides, [&](const float* array) HWY_ATTR { return hn::Load(d, array + i); });
+    const uint32_t all = (1u << hn::Lanes(d)) - 1, possible = sides.possible >> i & all, flat = sides.flat >> i & all;
+    const float edge = sides.edge, depth = sides.depth, u0 = sides.u0, v0 = sides.v0;
+    for (size_t s : asked.without(hit)) {
+      const Judged judged = judge(some, edge, depth, hn::Set(d, samples.u[s] - u0), hn::Set(d, samples.v[s] - v0),
+                                  hn::Set(d, samples.inverse_end[s]), possible, flat);
+      if (judged.hit != 0 || (HWY_UNLIKELY(judged.doubtful != 0) && decide(judged.doubtful << i, s))) hit.set(s);
     }
-    if (met != 0 || (HWY_UNLIKELY(doubtful != 0) && decide(doubtful, s))) hit.set(s);
   }
   return hit;
 }

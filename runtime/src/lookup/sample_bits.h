@@ -49,6 +49,7 @@ class BitSet {
   // The bits of one run, lowest first.
   void add_run(size_t r, uint64_t bits) { words_[r * kRun / 64] |= bits << (r * kRun % 64); }
   void add_word(size_t w, uint64_t bits) { words_[w] |= bits; }
+  uint64_t word(size_t w) const { return words_[w]; }
   uint64_t run(size_t r) const { return words_[r * kRun / 64] >> (r * kRun % 64) & 0xFFFF; }
   // Bit r: whether run r has a bit.
   uint32_t runs() const {
@@ -56,6 +57,8 @@ class BitSet {
     for (size_t r = 0; r < kCapacity / kRun; ++r) some |= uint32_t{run(r) != 0} << r;
     return some;
   }
+
+  bool operator==(const BitSet&) const = default;
 
   bool any() const {
     return std::any_of(words_.begin(), words_.end(), [](uint64_t w) { return w != 0; });
@@ -98,6 +101,12 @@ class BitSet {
   BitSet& operator|=(const BitSet& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] |= other.words_[w];
     return *this;
+  }
+  // Those of a smaller set.
+  template <size_t kOther>
+  void add(const BitSet<kOther>& other) {
+    static_assert(kOther <= kCapacity);
+    for (size_t w = 0; w < kOther / 64; ++w) words_[w] |= other.word(w);
   }
   BitSet& operator&=(const BitSet& other) {
     for (size_t w = 0; w < kWords; ++w) words_[w] &= other.words_[w];
