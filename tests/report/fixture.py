@@ -69,6 +69,7 @@ def kind(rng, name, variants):
     for v in variants:
         look_up = rng.uniform(25, 60)
         vcd.append({"variant": v["id"], "lookup_ns": timing(look_up, rng), "ns": timing(look_up + embree * rng.uniform(0.2, 0.9), rng),
+                    "hierarchy_ns": timing(look_up + embree * rng.uniform(0.1, 0.5), rng),
                     **counts(rng, 65536, v["wrong_rate"])})
     return {"kind": name, "segments": 65536, "share": 0.25, "embree": ways, "best_embree": "rtcOccluded16, coherent", "vcd": vcd}
 

@@ -23,7 +23,7 @@ class ArrayTracer {
   SampleBits blocked(const SampleBits& live) {
     std::array<uint16_t, kChunk> waiting;
     size_t count = 0, next = 0;
-    live.for_each([&](size_t i) { waiting[count++] = static_cast<uint16_t>(i); });
+    for (size_t i : live) waiting[count++] = static_cast<uint16_t>(i);
     Queue free, nodes, leaves;
     for (uint8_t k = 0; k < kTogether; ++k) free.add(k);
     for (;;) {
@@ -38,19 +38,22 @@ class ArrayTracer {
         const uint32_t child = step(flights_[k]);
         (child == kNoChild ? free : child & kLeafChild ? later_leaves : later_nodes).add(k);
       };
-      nodes.for_each([&](uint8_t k) HWY_ATTR {
+      for (uint8_t k : nodes) {
         Flight& f = flights_[k];
         const uint32_t met = children_met(object_.view.node(f.child), f.ray);
         f.rests[f.depth] = {f.child, met};
         f.depth += met != 0;
         go_on(k);
-      });
-      leaves.for_each([&](uint8_t k) HWY_ATTR {
+      }
+      for (uint8_t k : leaves) {
         Flight& f = flights_[k];
-        if (!child_meets(object_.view, f.child, f.ray, segments_[f.index])) return go_on(k);
-        blocked_.set(f.index);
-        free.add(k);
-      });
+        if (child_meets(object_.view, f.child, f.ray, segments_[f.index])) {
+          blocked_.set(f.index);
+          free.add(k);
+        } else {
+          go_on(k);
+        }
+      }
       nodes = later_nodes, leaves = later_leaves;
     }
   }
@@ -73,10 +76,8 @@ class ArrayTracer {
     bool empty() const { return count_ == 0; }
     void add(uint8_t k) { items_[count_++] = k; }
     uint8_t take() { return items_[--count_]; }
-    template <class Visit>
-    void for_each(const Visit& visit) const {
-      for (size_t i = 0; i < count_; ++i) visit(items_[i]);
-    }
+    const uint8_t* begin() const { return items_.data(); }
+    const uint8_t* end() const { return items_.data() + count_; }
 
    private:
     std::array<uint8_t, kTogether> items_;

@@ -13,10 +13,9 @@
 
 #include <array>
 #include <bit>
-#include <cstring>
 #include <limits>
 
-#include "hierarchy/fan.h"
+#include "hierarchy/fan_leaf-inl.h"
 #include "hierarchy/trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -25,23 +24,8 @@ namespace HWY_NAMESPACE {
 
 // A direction must be no further from the plane's axis than this, as a tangent.
 inline constexpr float kWidestTangent = 4;
-// Fewer samples than these go on alone.
-inline constexpr int kFewSamples = 6;
-
-// Of one axis and sign. The place of a sample is (x, y) / z of its direction, where z is along the axis.
-struct FanPlane {
-  std::array<size_t, 3> axis;                          // of x, y and z
-  float sign;                                          // of z
-  float origin[3];                                     // x, y, z; z times the sign
-  float u_min, u_max, v_min, v_max, u_scale, v_scale;  // of the samples; and to 0 … 255
-  float spread;                                        // the greatest |u| or |v|, at least 1
-  float farthest;                                      // z of the farthest sample
-};
-
-struct FanSamples {
-  alignas(64) float u[kChunk], v[kChunk], inverse_end[kChunk];  // 1 / z of the direction
-  alignas(64) uint8_t u_step[kChunk], v_step[kChunk];           // of the samples' extent
-};
+// As few samples as these go on alone.
+inline constexpr int kFewSamples = 4;
 
 // Of a node's children.
 struct Rectangles {
@@ -49,26 +33,51 @@ struct Rectangles {
   uint8_t u_first[kNodeWidth], u_last[kNodeWidth], v_first[kNodeWidth], v_last[kNodeWidth];
 };
 
+// Of the lowest bits.
+HWY_INLINE hn::Mask<FloatTag> mask_of(uint64_t bits) {
+  const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
+  return hn::LoadMaskBits(FloatTag(), bytes);
+}
+
+// The steps of places from the first one on.
+HWY_INLINE void store_steps(hn::Vec<FloatTag> at, float first, float scale, uint8_t* into) {
+  const FloatTag d;
+  const hn::Rebind<uint8_t, FloatTag> bytes;
+  const hn::RebindToUnsigned<IndexTag> words;
+  const auto steps = hn::ConvertTo(IndexTag(), hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, scale)));
+  hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(words, steps)), bytes, into);
+}
+
 class FanTracer {
  public:
-  FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan), live_(fan.live) {}
+  FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan) {}
 
   SampleBits blocked() {
-    const SampleBits asked = live_;
-    if (!is_trusted()) trace_alone(live_);
-    while (live_.any()) {
-      const SampleBits taken = make_plane();
-      if (!taken.any()) {
-        trace_alone(live_);
+    SampleBits blocked{}, left = fan_.live;
+    const auto trace_alone = [&](const SampleBits& which) HWY_ATTR {
+      for (size_t i : which) blocked.set(i, Occluded(object_, segment_of(fan_, i)));
+      left = left.without(which);
+    };
+    while (left.any()) {
+      if (left.count() <= kFewSamples || !is_trusted()) {
+        trace_alone(left);
         break;
       }
-      const SampleBits others = live_.without(taken);
-      live_ = taken;
+      const size_t first = left.lowest();
+      const SampleBits taken = make_plane(left, first);
+      if (!taken.any()) {
+        trace_alone(SampleBits::just(first));
+        continue;
+      }
+      const FanBits all = FanBits::first(samples_.count);
+      live_ = all;
       trace(kRootUnit);
-      blocked_ |= taken.without(live_);
-      live_ = others;
+      if (is_packed_)
+        for (size_t i : all.without(live_)) blocked.set(static_cast<size_t>(samples_.number[i]));
+      else blocked.add(all.without(live_));
+      left = left.without(taken);
     }
-    return blocked_;
+    return blocked;
   }
 
  private:
@@ -80,87 +89,59 @@ class FanTracer {
     return reach >= 0x1p-20f && reach <= 0x1p30f && farthest <= 64 * reach;
   }
 
-  Segment segment(size_t i) const { return segment_of(fan_, i); }
+  Segment segment(size_t i) const { return segment_of(fan_, is_packed_ ? static_cast<size_t>(samples_.number[i]) : i); }
 
-  void trace_alone(const SampleBits& which) {
-    which.for_each([&](size_t i) HWY_ATTR {
-      if (Occluded(object_, segment(i))) blocked_.set(i);
-    });
-    live_ = live_.without(which);
-  }
-
-  // Picks the axis and prepares the samples that are near enough to it, which it returns. It may be that none is.
-  SampleBits make_plane();
+  // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it, as
+  // many as there is room for. Returns them; it may be that none is.
+  SampleBits make_plane(const SampleBits& left, size_t first);
+  void pack(const SampleBits& taken);
   // What of a node's children holds a sample that could be met, a bit each.
   uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
   // The samples in a child's rectangle.
-  SampleBits samples_in(const Rectangles& rectangles, size_t child) const;
+  FanBits samples_in(const Rectangles& rectangles, size_t child) const;
   template <uint32_t kVertices>
   void test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& rectangles, size_t i,
-            const SampleBits& samples);
-  void trace_from_each(uint32_t child, const SampleBits& samples);
+            const FanBits& samples);
+  void trace_from_each(uint32_t child, const FanBits& samples);
   void trace(uint32_t root);
 
   const Traced& object_;
   const Fan& fan_;
   FanPlane plane_;
   FanSamples samples_;
-  SampleBits live_, blocked_{};
+  bool is_packed_;  // or the samples are the fan's first
+  FanBits live_;    // of the samples: not blocked so far
 };
 
-inline SampleBits FanTracer::make_plane() {
+inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   const FloatTag d;
-  // The axis that the sum of the directions follows, or else that of the first.
-  const auto alive_at = [&](size_t i) HWY_ATTR {
-    const uint64_t alive = live_.run(i / kRun) >> i % kRun;
-    const uint8_t bytes[8] = {static_cast<uint8_t>(alive), static_cast<uint8_t>(alive >> 8)};
-    return hn::LoadMaskBits(d, bytes);
-  };
-  float sum[3];
-  for (size_t a = 0; a < 3; ++a) {
-    auto lanes = hn::Zero(d);
-    for (size_t i = 0; i < fan_.count; i += hn::Lanes(d))
-      lanes = hn::Add(lanes, hn::IfThenElseZero(alive_at(i), hn::LoadU(d, fan_.direction[a] + i)));
-    sum[a] = hn::GetLane(hn::SumOfLanes(d, lanes));
-  }
-  const size_t first = live_.lowest();
-  const auto longest = [](const auto& at) {
-    size_t axis = 0;
-    for (size_t a = 1; a < 3; ++a)
-      if (std::abs(at(a)) > std::abs(at(axis))) axis = a;
-    return axis;
-  };
-  const auto of_first = [&](size_t a) { return fan_.direction[a][first]; };
-  size_t z = longest([&](size_t a) { return sum[a]; });
-  plane_.sign = sum[z] < 0 ? -1.0f : 1.0f;
-  const auto follows = [&](size_t i) {
-    const float along = fan_.direction[z][i] * plane_.sign;
-    return along >= 0x1p-60f && along <= 0x1p60f &&
-           std::abs(fan_.direction[(z + 1) % 3][i]) <= kWidestTangent * along &&
-           std::abs(fan_.direction[(z + 2) % 3][i]) <= kWidestTangent * along;
-  };
-  if (!follows(first)) {
-    z = longest(of_first);
-    plane_.sign = of_first(z) < 0 ? -1.0f : 1.0f;
-  }
+  size_t z = 0;
+  for (size_t a = 1; a < 3; ++a)
+    if (std::abs(fan_.direction[a][first]) > std::abs(fan_.direction[z][first])) z = a;
+  plane_.sign = fan_.direction[z][first] < 0 ? -1.0f : 1.0f;
   plane_.axis = {(z + 1) % 3, (z + 2) % 3, z};
   for (size_t k = 0; k < 3; ++k) plane_.origin[k] = fan_.origin[plane_.axis[k]];
   plane_.origin[2] *= plane_.sign;
 
   SampleBits taken{};
+  int count = 0;
   const float* const dx = fan_.direction[plane_.axis[0]];
   const float* const dy = fan_.direction[plane_.axis[1]];
   const float* const dz = fan_.direction[plane_.axis[2]];
   const auto big = hn::Set(d, std::numeric_limits<float>::max());
   auto u_min = big, v_min = big, u_max = hn::Neg(big), v_max = u_max, end_max = hn::Zero(d);
-  for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+  for (size_t i = 0; i < fan_.count && count <= static_cast<int>(kFanSamples - hn::Lanes(d)); i += hn::Lanes(d)) {
+    const uint32_t live = static_cast<uint32_t>(left.run(i / kRun) >> i % kRun) & ((1u << hn::Lanes(d)) - 1);
+    if (live == 0) continue;
     const auto along = hn::Mul(hn::LoadU(d, dz + i), hn::Set(d, plane_.sign)), x = hn::LoadU(d, dx + i),
                y = hn::LoadU(d, dy + i), wide = hn::Mul(along, hn::Set(d, kWidestTangent));
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    near = hn::And(near, alive_at(i));
-    taken.add_run(i / kRun, uint64_t{lane_bits(d, near)} << i % kRun);
+    if (live != (1u << hn::Lanes(d)) - 1) near = hn::And(near, mask_of(live));
+    const uint32_t bits = lane_bits(d, near);
+    taken.add_run(i / kRun, uint64_t{bits} << i % kRun);
+    count += std::popcount(bits);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
     hn::Store(u, d, samples_.u + i);
     hn::Store(v, d, samples_.v + i);
@@ -169,25 +150,39 @@ inline SampleBits FanTracer::make_plane() {
     v_min = hn::Min(v_min, hn::IfThenElse(near, v, big)), v_max = hn::Max(v_max, hn::IfThenElse(near, v, hn::Neg(big)));
     end_max = hn::Max(end_max, hn::IfThenElseZero(near, along));
   }
+  pack(taken);
+  if (!taken.any()) return taken;
   plane_.u_min = hn::GetLane(hn::MinOfLanes(d, u_min)), plane_.u_max = hn::GetLane(hn::MaxOfLanes(d, u_max));
   plane_.v_min = hn::GetLane(hn::MinOfLanes(d, v_min)), plane_.v_max = hn::GetLane(hn::MaxOfLanes(d, v_max));
   plane_.farthest = hn::GetLane(hn::MaxOfLanes(d, end_max));
-  if (!taken.any()) return taken;
   plane_.spread =
       std::max({1.0f, std::abs(plane_.u_min), std::abs(plane_.u_max), std::abs(plane_.v_min), std::abs(plane_.v_max)});
   const auto scale = [](float extent) { return extent > 0x1p-60f ? 255 / extent : 0.0f; };
   plane_.u_scale = scale(plane_.u_max - plane_.u_min), plane_.v_scale = scale(plane_.v_max - plane_.v_min);
-  const hn::Rebind<uint8_t, FloatTag> bytes;
-  const auto steps = [&](const float* places, float min, float step, uint8_t* into) HWY_ATTR {
-    for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
-      const auto at = hn::Mul(hn::Sub(hn::Load(d, places + i), hn::Set(d, min)), hn::Set(d, step));
-      const auto clamped = hn::Min(hn::Max(at, hn::Zero(d)), hn::Set(d, 255.0f));
-      hn::StoreU(hn::DemoteTo(bytes, hn::ConvertTo(IndexTag(), clamped)), bytes, into + i);
-    }
-  };
-  steps(samples_.u, plane_.u_min, plane_.u_scale, samples_.u_step);
-  steps(samples_.v, plane_.v_min, plane_.v_scale, samples_.v_step);
+  plane_.step = std::max(plane_.u_max - plane_.u_min, plane_.v_max - plane_.v_min) * (1.01f / 255);
+  for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
+    store_steps(hn::Load(d, samples_.u + i), plane_.u_min, plane_.u_scale, samples_.u_step + i);
+    store_steps(hn::Load(d, samples_.v + i), plane_.v_min, plane_.v_scale, samples_.v_step + i);
+  }
   return taken;
+}
+
+// Moves those of `taken` to the front.
+inline void FanTracer::pack(const SampleBits& taken) {
+  const FloatTag d;
+  const auto count = static_cast<size_t>(taken.count());
+  samples_.count = count;
+  is_packed_ = !(taken == SampleBits::first(count));
+  if (!is_packed_) return;
+  size_t at = 0;
+  for (size_t i = 0; i < fan_.count && at < count; i += hn::Lanes(d)) {
+    const auto mask = mask_of(taken.run(i / kRun) >> i % kRun);
+    for (float* array : {samples_.u, samples_.v, samples_.inverse_end})
+      hn::StoreU(hn::Compress(hn::Load(d, array + i), mask), d, array + at);
+    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
+    hn::StoreU(hn::Compress(numbers, hn::RebindMask(IndexTag(), mask)), IndexTag(), samples_.number + at);
+    at += static_cast<size_t>(std::popcount(lane_bits(d, mask)));
+  }
 }
 
 // A place is wrong by less than 3 u · 4, a rectangle's side by less than 4 u of itself (u = 2^-24). Sides within ±8 are
@@ -200,7 +195,6 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
   const float* const z_far = plane_.sign > 0 ? node.max[z_axis] : node.min[z_axis];
   const auto sign = hn::Set(d, plane_.sign), zero = hn::Zero(d), one = hn::Set(d, 1.0f),
              infinite = hn::Set(d, std::numeric_limits<float>::infinity()), grow = hn::Set(d, 0x1p-18f);
-  const hn::Rebind<uint8_t, FloatTag> bytes;
   uint32_t met = 0;
   for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
     const auto origin_z = hn::Set(d, plane_.origin[2]);
@@ -224,14 +218,9 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
       holds = hn::And(holds, hn::And(hn::Le(low, hn::Set(d, last)), hn::Ge(high, hn::Set(d, first))));
       hn::Store(low, d, lows + i);
       hn::Store(high, d, highs + i);
-      const auto steps = [&](auto at) HWY_ATTR {
-        at = hn::Min(hn::Max(at, hn::Set(d, first)), hn::Set(d, last));  // an infinity times 0 would be no number
-        at = hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, step));
-        at = hn::Min(hn::Max(at, zero), hn::Set(d, 255.0f));
-        return hn::DemoteTo(bytes, hn::ConvertTo(IndexTag(), at));
-      };
-      hn::StoreU(steps(low), bytes, low_steps + i);
-      hn::StoreU(steps(high), bytes, high_steps + i);
+      const auto within = [&](auto at) HWY_ATTR { return hn::Min(hn::Max(at, hn::Set(d, first)), hn::Set(d, last)); };
+      store_steps(within(low), first, step, low_steps + i);
+      store_steps(within(high), first, step, high_steps + i);
     };
     side(x_axis, 0, plane_.u_min, plane_.u_max, plane_.u_scale, r.u_min, r.u_max, r.u_first, r.u_last);
     side(y_axis, 1, plane_.v_min, plane_.v_max, plane_.v_scale, r.v_min, r.v_max, r.v_first, r.v_last);
@@ -240,117 +229,55 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
   return met;
 }
 
-HWY_INLINE SampleBits FanTracer::samples_in(const Rectangles& r, size_t child) const {
+HWY_INLINE FanBits FanTracer::samples_in(const Rectangles& r, size_t child) const {
   const hn::CappedTag<uint8_t, 64> d;
   const auto u = hn::Set(d, r.u_first[child]), v = hn::Set(d, r.v_first[child]);
   const auto width = hn::Set(d, static_cast<uint8_t>(r.u_last[child] - r.u_first[child])),
              height = hn::Set(d, static_cast<uint8_t>(r.v_last[child] - r.v_first[child]));
-  SampleBits in{};
-  for (size_t i = 0; i < fan_.count; i += hn::Lanes(d)) {
+  FanBits in{};
+  for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
     // Unsigned and modulo 256: a difference is at most the width if and only if the step lies between.
     const auto right = hn::Sub(hn::Load(d, samples_.u_step + i), u),
                above = hn::Sub(hn::Load(d, samples_.v_step + i), v);
     const auto inside = hn::And(hn::Eq(hn::Min(right, width), right), hn::Eq(hn::Min(above, height), above));
-    uint8_t bits[8] = {};
-    hn::StoreMaskBits(d, inside, bits);
-    uint64_t word;
-    std::memcpy(&word, bits, sizeof word);
-    in.add_word(i / 64, word << i % 64);
+    in.add_word(i / 64, byte_bits(d, inside) << i % 64);
   }
   return in &= live_;
 }
 
-// Errors, for vertices whose coordinates, less the origin, are at most m, seen around a middle (u0, v0) within κ: so
-// that x' = x - u0 z is at most κ m. U is the spread; |u0| <= 2 U + 1, κ <= U + 1; u = 2^-24.
-//   x', y': u m (1 + |u0| + κ) <= u m (3 + 3 U) = ε                             z: u m
-//   a side's slopes, y' z - z y':   2 (κ m u m + m ε) + 4 u κ m²                 = u m² (6 κ + 6 + 6 U)
-//   its constant, x' y' - y' x':    4 κ m ε + 4 u κ² m²                          = u m² (12 κ (1 + U) + 4 κ²)
-//   the sample's place:             (3 U + κ) u, times slopes 4 κ m²;  the sum's rounding: 12 u κ² m²
-//   together: E = u m² κ (24 + 36 U + 32 κ);  det, likewise: E' = 36 u m³ κ (1 + U + κ)
-// z of the hit is det / Σ sides: before the end if Σ - det / end > 4 E + E' / end, and 24 u κ² m² < E for its rounding.
-// A quarter more covers what is of second order, and 2^-110 what underflows.
 template <uint32_t kVertices>
 HWY_INLINE void FanTracer::test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& r,
-                                size_t child, const SampleBits& samples) {
-  const FloatTag d;
-  const auto [x_axis, y_axis, z_axis] = plane_.axis;
-  float m = 0;
+                                size_t i, const FanBits& samples) {
+  SeenBox box{r.u_min[i], r.u_max[i], r.v_min[i], r.v_max[i], 0};
   for (size_t k = 0; k < 3; ++k) {
-    const float origin = fan_.origin[plane_.axis[k]];
-    m = std::max(
-        {m, std::abs(node.min[plane_.axis[k]][child] - origin), std::abs(node.max[plane_.axis[k]][child] - origin)});
+    const size_t a = plane_.axis[k];
+    box.farthest =
+        std::max({box.farthest, std::abs(node.min[a][i] - fan_.origin[a]), std::abs(node.max[a][i] - fan_.origin[a])});
   }
-  const float spread = plane_.spread;
-  float u0 = 0.5f * (r.u_min[child] + r.u_max[child]), v0 = 0.5f * (r.v_min[child] + r.v_max[child]),
-        around = 0.5f * std::max(r.u_max[child] - r.u_min[child], r.v_max[child] - r.v_min[child]) * (1 + 0x1p-20f);
-  if (!(around < 1 + spread)) u0 = v0 = 0, around = 1 + spread;
-  constexpr float kUnit = 1.25f * 0x1p-24f;
-  const float edge = kUnit * m * m * around * (24 + 36 * spread + 32 * around) + 0x1p-110f;
-  const float depth = kUnit * 36 * m * m * m * around * (1 + spread + around) + 0x1p-110f;
-
-  LeafVertices<kVertices> xs, ys, zs;
-  for (size_t i = 0; i < kVertices; i += hn::Lanes(d)) {
-    const auto z =
-        hn::MulSub(hn::Load(d, leaf.vertex[z_axis] + i), hn::Set(d, plane_.sign), hn::Set(d, plane_.origin[2]));
-    zs.set(i, z);
-    xs.set(i, hn::NegMulAdd(hn::Set(d, u0), z,
-                            hn::Sub(hn::Load(d, leaf.vertex[x_axis] + i), hn::Set(d, plane_.origin[0]))));
-    ys.set(i, hn::NegMulAdd(hn::Set(d, v0), z,
-                            hn::Sub(hn::Load(d, leaf.vertex[y_axis] + i), hn::Set(d, plane_.origin[1]))));
-  }
-  const auto error = hn::Set(d, edge), minus = hn::Set(d, -edge);
-  SampleBits left = samples;
-  for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
-    const uint32_t present = leaf.present >> i & ((1u << hn::Lanes(d)) - 1);
-    if (present == 0) break;
-    hn::Vec<FloatTag> x[3], y[3], z[3], u_slope[3], v_slope[3], constant[3];
-    for (size_t k = 0; k < 3; ++k) {
-      const auto corner = corner_indices(leaf.corner[k] + i);
-      x[k] = xs.at(corner), y[k] = ys.at(corner), z[k] = zs.at(corner);
-    }
-    for (size_t k = 0; k < 3; ++k) {
-      const size_t n = (k + 1) % 3;
-      u_slope[k] = hn::MulSub(y[k], z[n], hn::Mul(z[k], y[n]));
-      v_slope[k] = hn::MulSub(z[k], x[n], hn::Mul(x[k], z[n]));
-      constant[k] = hn::MulSub(x[k], y[n], hn::Mul(y[k], x[n]));
-    }
-    const auto det = hn::MulAdd(x[2], u_slope[0], hn::MulAdd(y[2], v_slope[0], hn::Mul(z[2], constant[0])));
-    SampleBits hit{};
-    left.for_each([&](size_t s) HWY_ATTR {
-      const auto u = hn::Set(d, samples_.u[s] - u0), v = hn::Set(d, samples_.v[s] - v0);
-      const auto side = [&](size_t k)
-                            HWY_ATTR { return hn::MulAdd(u_slope[k], u, hn::MulAdd(v_slope[k], v, constant[k])); };
-      const auto a = side(0), b = side(1), c = side(2);
-      const auto least = hn::Min(a, hn::Min(b, c)), most = hn::Max(a, hn::Max(b, c));
-      const uint32_t possible = lane_bits(d, hn::Or(hn::Ge(least, minus), hn::Le(most, error))) & present;
-      if (HWY_LIKELY(possible == 0)) return;
-      const auto inside = hn::Or(hn::Ge(least, error), hn::Le(most, minus));
-      const auto total = hn::Add(a, hn::Add(b, c)), size = hn::Abs(total);
-      const auto height = hn::Xor(det, hn::And(total, hn::Set(d, -0.0f)));
-      const float inverse = samples_.inverse_end[s];
-      const auto before = hn::NegMulAdd(height, hn::Set(d, inverse), size),
-                 room = hn::Set(d, 5 * edge + depth * inverse);
-      const auto beyond = hn::Set(d, depth);
-      const auto yes = hn::And(inside, hn::And(hn::Ge(height, beyond), hn::Ge(before, room)));
-      if (lane_bits(d, yes) & possible) return hit.set(s);
-      const auto no = hn::And(inside, hn::Or(hn::Lt(height, hn::Neg(beyond)), hn::Lt(before, hn::Neg(room))));
-      const uint32_t doubtful = possible & ~lane_bits(d, no);
-      if (doubtful != 0 && meets_some(object_.view, node.child[child], doubtful << i, segment(s))) hit.set(s);
-    });
-    live_ = live_.without(hit);
-    left = left.without(hit);
-  }
+  Sides sides;
+  make_sides(leaf, plane_, box, sides);
+  if (sides.possible == 0) return;
+  const auto decide = [&](uint32_t triangles, size_t sample) {
+    return meets_some(object_.view, node.child[i], triangles, segment(sample));
+  };
+  // Whichever takes fewer steps.
+  constexpr int kVectors = static_cast<int>(kNodeWidth / kFloatLanes);
+  const bool by_triangle =
+      std::popcount(sides.possible) * std::popcount(samples.runs()) * kVectors + 4 < samples.count() * kVectors;
+  const FanBits hit =
+      by_triangle ? hit_by_each(sides, samples_, samples, decide) : each_that_is_hit(sides, samples_, samples, decide);
+  live_ = live_.without(hit);
 }
 
-inline void FanTracer::trace_from_each(uint32_t child, const SampleBits& samples) {
-  samples.for_each([&](size_t i) HWY_ATTR {
+inline void FanTracer::trace_from_each(uint32_t child, const FanBits& samples) {
+  for (size_t i : samples) {
     const Segment s = segment(i);
     NearRay ray;
     const Nearness nearness = make_near_ray(object_, s, ray);
     const bool met = nearness == Nearness::near ? trace_from(object_.view, child, ray, s)
                                                 : nearness == Nearness::far && occluded_scalar(object_, s);
-    if (met) live_ = live_.without(SampleBits::just(i));
-  });
+    if (met) live_ = live_.without(FanBits::just(i));
+  }
 }
 
 inline void FanTracer::trace(uint32_t root) {
@@ -376,7 +303,7 @@ inline void FanTracer::trace(uint32_t root) {
     }
     const auto i = static_cast<size_t>(std::countr_zero(rest.met));
     rest.met &= rest.met - 1;
-    const SampleBits in = samples_in(rest.rectangles, i);
+    const FanBits in = samples_in(rest.rectangles, i);
     if (!in.any()) continue;
     const uint32_t child = rest.node->child[i];
     if (rest.met != 0) {

@@ -7,6 +7,7 @@
 #endif
 
 #include <array>
+#include <cstring>
 
 #include <vcd/format/hierarchy.h>
 
@@ -31,6 +32,23 @@ HWY_INLINE uint32_t lane_bits(D d, M mask) {
   uint8_t bits[8] = {};
   hn::StoreMaskBits(d, mask, bits);
   return bits[0];
+#endif
+}
+
+template <class D, class M>
+HWY_INLINE uint64_t byte_bits(D d, M mask) {
+#if HWY_TARGET <= HWY_AVX3
+  (void)d;
+  return static_cast<uint64_t>(mask.raw);
+#elif HWY_TARGET <= HWY_AVX2
+  (void)d;
+  return static_cast<uint32_t>(_mm256_movemask_epi8(mask.raw));
+#else
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  uint64_t word;
+  std::memcpy(&word, bits, sizeof word);
+  return word;
 #endif
 }
 

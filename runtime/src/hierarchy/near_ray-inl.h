@@ -13,9 +13,8 @@ namespace vcd {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The interval in which the line is in the box is found in floats, from a base within 8 M of the frame's origin: wrong
-// by less than 8 u · 9 M times the reciprocal, and the base's t by less than 3 u · 10 M. So the box is grown by 2^-16
-// M.
+// The interval in which the line is in the box is wrong by less than 8 u · 9 M times the reciprocal, since the origin
+// is within 8 M of the frame's. So the box is grown by 2^-16 M.
 HWY_INLINE Nearness make_near_ray(const Traced& object, const Segment& segment, NearRay& ray) {
   const hn::FixedTag<float, 4> d;
   if (!(segment.t_min < segment.t_max)) return Nearness::misses;
@@ -27,53 +26,39 @@ HWY_INLINE Nearness make_near_ray(const Traced& object, const Segment& segment, 
   // Written so that a NaN fails.
   if (!hn::AllTrue(d, hn::Le(size, hn::Set(d, 0x1p60f))) || !(length >= 0x1p-60f)) return Nearness::far;
 
-  Base base{{segment.origin[0], segment.origin[1], segment.origin[2]}, 0, true};
   auto origin = hn::IfThenElseZero(three, hn::LoadU(d, segment.origin));
-  if (HWY_UNLIKELY(!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach))))) {
+  float base = 0;  // the origin's t
+  const bool is_own = hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach)));
+  if (HWY_UNLIKELY(!is_own)) {
     if (!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 0x1p20f * reach)))) return Nearness::far;
-    base = far_base(object, segment);
-    origin = hn::IfThenElseZero(three, hn::LoadU(d, base.origin));
+    const Base nearest = far_base(object, segment);
+    base = nearest.t;
+    origin = hn::IfThenElseZero(three, hn::LoadU(d, nearest.origin));
     if (!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach)))) return Nearness::misses;
   }
-  const float per_length = 1 / length;
   const auto one = hn::Set(d, 1.0f);
-  auto direction = hn::Mul(given, hn::Set(d, per_length));
+  auto direction = hn::Mul(given, hn::Set(d, 1 / length));
   const auto sign = hn::And(direction, hn::Set(d, -0.0f));  // Clang 14 loses CopySign() of a constant
   direction = hn::Or(hn::Max(hn::Abs(direction), hn::Set(d, 0x1p-40f)), sign);
   const auto longest = hn::Ge(size, hn::Set(d, length));
   direction = hn::IfThenElse(longest, hn::Or(one, sign), direction);
   const auto reciprocal = hn::Div(one, direction), steep = hn::Abs(reciprocal);
 
-  const float first = (segment.t_min - base.t) * length, last = (segment.t_max - base.t) * length;
+  const float scale = reach + hn::GetLane(hn::MaxOfLanes(d, hn::Abs(origin))), outside = 4 * scale;  // S
+  ray.first = std::max((segment.t_min - base) * length, -outside);
+  ray.last = std::min((segment.t_max - base) * length, outside);
+  ray.first_error = 0x1p-22f * std::abs(ray.first), ray.last_error = 0x1p-22f * std::abs(ray.last);
   const auto low = hn::Mul(hn::Sub(hn::LoadU(d, object.min), origin), reciprocal),
              high = hn::Mul(hn::Sub(hn::LoadU(d, object.max), origin), reciprocal);
   const auto room = hn::Set(d, 0x1p-16f * reach);
-  const auto near = hn::IfThenElse(three, hn::NegMulAdd(room, steep, hn::Min(low, high)), hn::Set(d, first)),
-             far = hn::IfThenElse(three, hn::MulAdd(room, steep, hn::Max(low, high)), hn::Set(d, last));
+  const auto near = hn::IfThenElse(three, hn::NegMulAdd(room, steep, hn::Min(low, high)), hn::Set(d, ray.first)),
+             far = hn::IfThenElse(three, hn::MulAdd(room, steep, hn::Max(low, high)), hn::Set(d, ray.last));
   const float enter = hn::GetLane(hn::MaxOfLanes(d, near)), leave = hn::GetLane(hn::MinOfLanes(d, far));
   if (!(enter <= leave)) return Nearness::misses;
 
-  const bool begins = first >= enter, ends = last <= leave;
-  const float t = begins ? segment.t_min - base.t : enter * per_length;
-  if (t != 0 || !base.is_own) {
-    const hn::FixedTag<double, 2> wide;
-    const auto from = hn::Set(wide, double{t} + base.t);
-    const auto own = hn::LoadU(d, segment.origin);
-    const hn::FixedTag<float, 2> half;
-    const auto move = [&](auto begin, auto along) HWY_ATTR {
-      return hn::DemoteTo(half, hn::MulAdd(from, hn::PromoteTo(wide, along), hn::PromoteTo(wide, begin)));
-    };
-    origin = hn::Combine(d, move(hn::UpperHalf(half, own), hn::UpperHalf(half, given)),
-                         move(hn::LowerHalf(half, own), hn::LowerHalf(half, given)));
-    ray.origin_error = 0x1p-23f * reach;
-  } else {
-    ray.origin_error = 0;
-  }
-  ray.slack = 0x1p-20f * reach;
-  ray.s_end = leave - enter + 0x1p-15f * reach;
-  ray.first = begins ? 0.0f : -4 * reach;
-  ray.last = ends ? (segment.t_max - base.t - t) * length : 8 * reach;
-  ray.last_error = 0x1p-21f * ray.last + ray.origin_error;
+  ray.slack = 0x1p-20f * scale;
+  ray.origin_error = is_own ? 0 : 0x1p-23f * scale;
+  ray.s_begin = enter - 2 * ray.slack, ray.s_end = leave + 2 * ray.slack;
   const auto product = hn::Mul(origin, reciprocal), grow = hn::Mul(hn::Set(d, ray.slack), steep);
   hn::Store(origin, d, ray.origin);
   hn::Store(direction, d, ray.direction);

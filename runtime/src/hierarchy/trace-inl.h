@@ -32,7 +32,7 @@ HWY_INLINE uint32_t children_met(const HierarchyNode& node, const NearRay& ray) 
       return hn::MulSub(hn::Load(d, planes + (2 * a + 3) * kNodeWidth - ray.near_plane[a] + i),
                         hn::Set(d, ray.reciprocal[a]), hn::Set(d, ray.leave[a]));
     };
-    const auto enter = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Set(d, -ray.slack)));
+    const auto enter = hn::Max(hn::Max(near(0), near(1)), hn::Max(near(2), hn::Set(d, ray.s_begin)));
     const auto leave = hn::Min(hn::Min(far(0), far(1)), hn::Min(far(2), hn::Set(d, ray.s_end)));
     met |= lane_bits(d, hn::Le(enter, leave)) << i;
   }
@@ -46,10 +46,12 @@ HWY_INLINE uint32_t children_met(const HierarchyNode& node, const NearRay& ray) 
 // Leaf errors. The line passes within 2 δ of the leaf's box, whose longest side is L, so that sheared coordinates are
 // at most X = 2 L + 8 δ, and a vertex is within Z = |z of the first| + L + X of the origin. Where the origin is wrong
 // by less than δ0, sheared coordinates are wrong by less than 2 δ0 + u (4 |z| + 3 X), less than δ' = 2 δ0 + 8 u Z. A
-// side, C_x B_y - C_y B_x, is then wrong by less than 4 X δ' + 2 δ'² + 4 u X², less than E = 5 X δ' + 2 δ'². Where all
-// three sides are beyond E, the hit's s is Σ side · z / Σ side. The weights are wrong by 6 E / |det| in all, which
-// counts L; z, and rounding, by less than 3 δ': 3 δ' |det| + 8 E L, and 2^-120 for what underflows. No s of a triangle
-// is beyond those of its corners.
+// side, C_x B_y - C_y B_x, is then wrong by less than 4 X δ' + 2 δ'² + 4 u X², less than E = 5 X δ' + 2 δ'². So much
+// for the triangles that may be met; of each of those, X is the greatest of its own coordinates, and Z its greatest |z|
+// and X, which makes δ' and E smaller. Where all three sides are beyond E, the hit's s is Σ side · z / Σ side. The
+// weights are wrong by 6 E / |det| in all, which counts as much as the corners' z differ; z, and rounding, by less than
+// 3 δ': in all 3 δ' |det| + 8 E (z_max - z_min), and 2^-120 for what underflows. No s of a triangle is beyond those of
+// its corners.
 template <uint32_t kVertices>
 HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& ray, const HierarchyView& view,
                            uint32_t child, const Segment& segment) {
@@ -81,23 +83,35 @@ HWY_INLINE bool leaf_meets(const HierarchyLeaf<kVertices>& leaf, const NearRay& 
     const uint32_t present = leaf.present >> i & ((1u << hn::Lanes(d)) - 1);
     const uint32_t possible = lane_bits(d, hn::Or(hn::Ge(least, minus), hn::Le(most, error))) & present;
     if (HWY_LIKELY(possible == 0)) continue;
-    const auto inside = hn::Or(hn::Ge(least, error), hn::Le(most, minus));
     const auto along = hn::Set(d, sign);
     const auto az = hn::Mul(z.at(a), along), bz = hn::Mul(z.at(b), along), cz = hn::Mul(z.at(c), along);
+    const auto nearest = hn::Min(az, hn::Min(bz, cz)), farthest = hn::Max(az, hn::Max(bz, cz));
+    const auto most_of = [&](auto p, auto q, auto o)
+                             HWY_ATTR { return hn::Max(hn::Abs(p), hn::Max(hn::Abs(q), hn::Abs(o))); };
+    const auto own = hn::Max(most_of(ax, bx, cx), most_of(ay, by, cy));  // X of the triangle, and so on
+    const auto own_reach = hn::Add(own, hn::Max(hn::Abs(nearest), hn::Abs(farthest)));
+    const auto own_local = hn::MulAdd(own_reach, hn::Set(d, 0x1p-21f), hn::Set(d, 2 * ray.origin_error));
+    const auto own_limit = hn::Mul(own_local, hn::MulAdd(own, hn::Set(d, 5.0f), hn::Add(own_local, own_local)));
+    const auto inside = hn::Or(hn::Ge(least, own_limit), hn::Le(most, hn::Neg(own_limit)));
     const auto det = hn::Add(u, hn::Add(v, w)), size = hn::Abs(det);
     const auto t = hn::Xor(hn::MulAdd(u, az, hn::MulAdd(v, bz, hn::Mul(w, cz))), hn::And(det, hn::Set(d, -0.0f)));
     const auto first = hn::Set(d, ray.first), last = hn::Set(d, ray.last);
     const auto after = hn::NegMulAdd(size, first, t), before = hn::MulSub(size, last, t);
-    const float wrong = 3 * local + ray.last_error;
-    const auto room = hn::MulAdd(size, hn::Set(d, wrong), hn::Set(d, 8 * limit * extent + 0x1p-120f));
-    const auto spare = hn::Min(after, before);
-    if (lane_bits(d, hn::And(inside, hn::Ge(spare, room))) & possible) return true;
-    const uint32_t left = possible & ~lane_bits(d, hn::And(inside, hn::Lt(spare, hn::Neg(room))));
+    const auto wrong = hn::Mul(own_local, hn::Set(d, 3.0f));
+    const auto wrong_first = hn::Add(wrong, hn::Set(d, ray.first_error)),
+               wrong_last = hn::Add(wrong, hn::Set(d, ray.last_error));
+    const auto by_weights =
+        hn::MulAdd(hn::Mul(own_limit, hn::Set(d, 8.0f)), hn::Sub(farthest, nearest), hn::Set(d, 0x1p-120f));
+    const auto room_first = hn::MulAdd(size, wrong_first, by_weights),
+               room_last = hn::MulAdd(size, wrong_last, by_weights);
+    const auto hit = hn::And(hn::Ge(after, room_first), hn::Ge(before, room_last));
+    if (lane_bits(d, hn::And(inside, hit)) & possible) return true;
+    const auto missed = hn::Or(hn::Lt(after, hn::Neg(room_first)), hn::Lt(before, hn::Neg(room_last)));
+    const uint32_t left = possible & ~lane_bits(d, hn::And(inside, missed));
     if (HWY_LIKELY(left == 0)) continue;
-    const auto margin = hn::Set(d, wrong), nearest = hn::Min(az, hn::Min(bz, cz)),
-               farthest = hn::Max(az, hn::Max(bz, cz));
-    const auto beyond = hn::Or(hn::Lt(hn::Add(farthest, margin), first), hn::Gt(hn::Sub(nearest, margin), last));
-    doubtful |= (left & ~lane_bits(d, beyond)) << i;
+    const auto outside =
+        hn::Or(hn::Lt(hn::Add(farthest, wrong_first), first), hn::Gt(hn::Sub(nearest, wrong_last), last));
+    doubtful |= (left & ~lane_bits(d, outside)) << i;
   }
   return HWY_UNLIKELY(doubtful != 0) && meets_some(view, child, doubtful, segment);
 }

@@ -74,13 +74,13 @@ bool occluded_scalar(const Traced& traced, const Segment& segment) noexcept {
 
 SampleBits occluded_array_scalar(const Traced& object, const Segment* segments, const SampleBits& live) noexcept {
   SampleBits blocked{};
-  live.for_each([&](size_t i) { blocked.set(i, occluded_scalar(object, segments[i])); });
+  for (size_t i : live) blocked.set(i, occluded_scalar(object, segments[i]));
   return blocked;
 }
 
 SampleBits occluded_fan_scalar(const Traced& object, const Fan& fan) noexcept {
   SampleBits blocked{};
-  fan.live.for_each([&](size_t i) { blocked.set(i, occluded_scalar(object, segment_of(fan, i))); });
+  for (size_t i : fan.live) blocked.set(i, occluded_scalar(object, segment_of(fan, i)));
   return blocked;
 }
 

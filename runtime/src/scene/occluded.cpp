@@ -74,10 +74,10 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   SegmentColumns<kChunk> columns;
   uint32_t indices[kChunk];
   size_t count = 0;
-  bits.for_each([&](size_t i) {
+  for (size_t i : bits) {
     columns.set(count, segment_at(chunk.columns.view(i, 1), 0));
     indices[count++] = static_cast<uint32_t>(chunk.first + i);
-  });
+  }
   const SegmentArrays runs = columns.view(0, columns.pad(count));
   if (!in_world && (bits & chunk.odd).any())
     for (size_t k = 0; k < runs.count; ++k) columns.set(k, *in_object(data, instance, segment_at(runs, k)));
@@ -94,9 +94,8 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
 void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
   SampleBits in_world{};
   if (has_inverse(asked.scene.data.to_grid[instance])) {
-    (bits & chunk.odd).for_each([&](size_t i) {
+    for (size_t i : bits& chunk.odd)
       if (!in_object(asked.scene.data, instance, segment_at(chunk.columns.view(i, 1), 0))) in_world.set(i);
-    });
   } else {
     in_world = bits;
   }
@@ -277,9 +276,8 @@ class HierarchyTrace {
     const SampleBits all = SampleBits::first(s.count);
     SampleBits blocked{};
     if (left.in_world) {
-      all.for_each([&](size_t i) {
+      for (size_t i : all)
         blocked.set(i, blocks_in_world(object->traced.view, scene_.to_world[left.instance], segment_at(s, i)));
-      });
     } else if (of_fan_) {
       blocked = object->trace->fan(object->traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
                                                     {s.direction[0], s.direction[1], s.direction[2]},
@@ -290,7 +288,7 @@ class HierarchyTrace {
       for (size_t i = 0; i < s.count; ++i) segments[i] = segment_at(s, i);
       blocked = object->trace->array(object->traced, segments.data(), all);
     }
-    blocked.for_each([&](size_t i) { left.blocked[i] = 1; });
+    for (size_t i : blocked) left.blocked[i] = 1;
   }
 
  private:

@@ -100,6 +100,8 @@ Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles
   for (const SidecarVariant& v : variants) {
     runs.push_back(timed_look_up(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
     runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
+    if (have_hierarchies(*v.objects))
+      runs.push_back(timed(v.id + "-hierarchy", bundles, std::make_shared<HierarchyShadows>(world, *v.objects, true)));
   }
   const std::vector<Timing> timings = time_interleaved(runs, repetitions);
   if (judge) learn(world, bundles, truth, *judge);
@@ -112,11 +114,13 @@ Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles
   }
   json["best_embree"] = timings[best].name;
   json["vcd"] = Json::array();
-  for (size_t v = 0; v < variants.size(); ++v) {
-    Json entry{{"variant", variants[v].id},
-               {"lookup_ns", describe_seconds(timings[ways.size() + 2 * v], scale)},
-               {"ns", describe_seconds(timings[ways.size() + 2 * v + 1], scale)}};
-    entry.update(describe_counts(count(world, bundles, variants[v], counter, truth, judge)));
+  auto timing = timings.begin() + static_cast<std::ptrdiff_t>(ways.size());
+  for (const SidecarVariant& v : variants) {
+    Json entry{{"variant", v.id}};
+    entry["lookup_ns"] = describe_seconds(*timing++, scale);
+    entry["ns"] = describe_seconds(*timing++, scale);
+    if (have_hierarchies(*v.objects)) entry["hierarchy_ns"] = describe_seconds(*timing++, scale);
+    entry.update(describe_counts(count(world, bundles, v, counter, truth, judge)));
     json["vcd"].push_back(entry);
   }
   return json;

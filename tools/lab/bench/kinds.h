@@ -22,8 +22,9 @@ std::array<render::Recording, render::kSegmentKinds> split_by_kind(const render:
                                                                    const render::Recording& recording, uint64_t most,
                                                                    std::array<uint64_t, render::kSegmentKinds>& all);
 
-// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone and all that its
-// ways do for such segments; interleaved, nanoseconds a segment, on one thread. judge: as Census has it; it learns.
+// The entry of one kind in the report: every way of Embree's, and for every variant the look-up alone, all that its
+// ways do for such segments, and the same with its own hierarchy instead of Embree's; interleaved, nanoseconds a
+// segment, on one thread. judge: as Census has it; it learns.
 tools::Json measure_kind(const render::World& world, render::SegmentKind kind, const render::Recording& bundles,
                          const std::vector<SidecarVariant>& variants, const render::TestCounter& counter,
                          EmbreeQuery truth, render::Judge* judge, int repetitions);

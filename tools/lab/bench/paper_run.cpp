@@ -365,9 +365,7 @@ class SceneRun {
                      }});
     };
     for (const OpenVariant& v : open_) {
-      const bool has_hierarchies = std::all_of(v.sidecars.objects.begin(), v.sidecars.objects.end(),
-                                               [](const Object& object) { return object.has_hierarchy(); });
-      if (v.id == kUnclassified || !has_hierarchies) continue;
+      if (v.id == kUnclassified || !have_hierarchies(v.sidecars.objects)) continue;
       if (&v == &open_.front()) add(v, "hierarchy", "hierarchy alone", false);
       add(v, v.id + "-hierarchy", v.id + ", hierarchy behind it", true);
     }

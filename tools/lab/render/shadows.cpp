@@ -135,6 +135,8 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
   for (size_t k = 0; k < count; ++k) blocked[places_[k]] = traced_[k];
 }
 
+bool have_hierarchies(std::span<const Object> objects) { return std::ranges::all_of(objects, &Object::has_hierarchy); }
+
 HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> objects, bool look_up)
     : world_(world), look_up_(look_up) {
   if (world.single()) object_ = objects[0];

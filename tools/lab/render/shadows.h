@@ -105,6 +105,8 @@ class SidecarShadows : public ShadowCaster {
   std::vector<uint8_t> traced_;
 };
 
+bool have_hierarchies(std::span<const Object> objects);
+
 // Sidecars with their hierarchies, and no Embree.
 class HierarchyShadows : public ShadowCaster {
  public:

@@ -103,7 +103,7 @@ def counts(item):
 
 
 def kind_rows(scene):
-    """Recorded segments of one kind, timed: the fastest way of Embree against look-up, and look-up with fallback."""
+    """Recorded segments of one kind, timed: the fastest way of Embree against look-up, look-up with fallback, and with the own hierarchy."""
     rows = []
     variants = {v["id"]: v for v in scene["variants"]}
     for kind in scene["kinds"]:
@@ -112,14 +112,15 @@ def kind_rows(scene):
         single = next((timing(e, "ns")[0] for e in kind.get("embree", []) if e.get("name") == "rtcOccluded1"), None)
         for item in kind.get("vcd", []):
             variant = variants.get(item.get("variant"), {"id": item.get("variant", "unknown")})
-            look_up, whole = timing(item, "lookup_ns"), timing(item, "ns")
+            look_up, whole, hierarchy = timing(item, "lookup_ns"), timing(item, "ns"), timing(item, "hierarchy_ns")[0]
             rows.append({
                 "scene": scene["name"], "kind": kind["kind"], "id": variant["id"], "label": label_of(variant),
                 "method": method_of(variant), "depth": variant.get("depth"), "samples": variant.get("samples"), "share": kind.get("share"),
                 "embree": best.get("name"), "embree_ns": embree[0], "embree_ns_minimum": embree[1],
                 "embree_ns_maximum": embree[2], "lookup_ns": look_up[0], "ns": whole[0], "ns_minimum": whole[1],
                 "ns_maximum": whole[2], "ratio": divide(embree[0], whole[0]),
-                "single_ratio": divide(single, whole[0]), **counts(item)})
+                "single_ratio": divide(single, whole[0]), "hierarchy_ns": hierarchy,
+                "hierarchy_ratio": divide(embree[0], hierarchy), **counts(item)})
     return rows
 
 

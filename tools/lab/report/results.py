@@ -29,7 +29,7 @@ VARIANT = {
     "identical_image": FLAG, "nodes": {"unfolded_bytes": NUMBER, "folded_bytes": NUMBER, "shared_bytes": NUMBER},
     "kinds": [COUNTS], "images": {"shaded": TEXT, "tests": TEXT, "fallback": TEXT, "difference": TEXT}}
 KIND = {"kind": TEXT, "segments": NUMBER, "share": NUMBER, "best_embree": TEXT, "embree": [{"name": TEXT, "ns": TIMING}],
-        "vcd": [{"variant": TEXT, "lookup_ns": TIMING, "ns": TIMING, **COUNTS}]}
+        "vcd": [{"variant": TEXT, "lookup_ns": TIMING, "ns": TIMING, "hierarchy_ns": TIMING, **COUNTS}]}
 SCENE = {"name": TEXT, "title": TEXT, "source": TEXT, "status": TEXT, "error": TEXT, "judge": TEXT, "triangles": NUMBER,
          "instances": NUMBER, "placed_triangles": NUMBER, "objects": NUMBER, "lights": NUMBER, "shadow_segments": NUMBER,
          "bvh": {"build_seconds": NUMBER, "memory_bytes": NUMBER}, "packets": {"bvh": TEXT, "vcd": TEXT},
