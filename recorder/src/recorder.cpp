@@ -1,7 +1,6 @@
 #include <vcd/recorder/recorder.h>
 
 #include <algorithm>
-#include <cmath>
 #include <mutex>
 #include <new>
 #include <utility>
@@ -42,20 +41,28 @@ Recorder::Recorder(Recorder&&) noexcept = default;
 Recorder& Recorder::operator=(Recorder&&) noexcept = default;
 Recorder::~Recorder() = default;
 
-Recorder::Thread::Thread(uint64_t seed, size_t most) : most_(std::max<size_t>(most, 1)), random_(mix(seed)) {}
+Recorder::Thread::Thread(uint64_t seed, size_t most) : most_(std::max<size_t>(most / 2, 1) * 2), random_(mix(seed)) {
+  kept_.reserve(most_);
+}
 
-double Recorder::Thread::uniform() { return (static_cast<double>(mix(random_ += kGolden) >> 12) + 0.5) * 0x1p-52; }
+uint64_t Recorder::Thread::random() { return mix(random_ += kGolden); }
 
 void Recorder::Thread::keep(const Segment& segment, uint32_t self) {
-  if (kept_.size() < most_) {
-    kept_.push_back({segment, self});
-    if (kept_.size() < most_) return;
-  } else {
-    kept_[static_cast<size_t>(uniform() * static_cast<double>(most_))] = {segment, self};
+  kept_.push_back({segment, self});
+  const uint64_t rest = gap_ - 1 - place_;
+  if (kept_.size() == most_) halve();
+  place_ = random() & (gap_ - 1);
+  skip_ = rest + place_;
+}
+
+void Recorder::Thread::halve() {
+  uint64_t bits = 0;
+  for (size_t i = 0; i < kept_.size() / 2; ++i, bits >>= 1) {
+    if (i % 64 == 0) bits = random();
+    kept_[i] = kept_[2 * i + (bits & 1)];
   }
-  least_ *= std::exp(std::log(uniform()) / static_cast<double>(most_));
-  const double skip = std::floor(std::log(uniform()) / std::log1p(-least_));
-  skip_ = skip < 0x1p62 ? static_cast<uint64_t>(skip) : uint64_t{1} << 62;
+  kept_.resize(kept_.size() / 2);
+  gap_ *= 2;
 }
 
 Result<Recorder> Recorder::build(std::span<const RecordedInstance> instances, size_t most) try {

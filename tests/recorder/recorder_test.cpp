@@ -110,11 +110,19 @@ TEST(Recorder, KeepsAnEvenSampleOfMore) {
   }
   EXPECT_EQ(mine.seen(), kAsked);
   const auto kept = recorder.demand().at(kHash);
-  EXPECT_EQ(kept.size(), kMost);
+  EXPECT_LE(kept.size(), kMost);
+  EXPECT_GE(kept.size(), kMost / 2);
   EXPECT_NEAR(weight_of(kept), kAsked, 1);
   std::array<int, 10> tenths{};
   for (const AskedSegment& s : kept) ++tenths[std::min(static_cast<size_t>((s.segment.t_max - 1) * 10), size_t{9})];
-  for (const int count : tenths) EXPECT_NEAR(count, kMost / 10, 70);  // five standard deviations
+  for (const int count : tenths) EXPECT_NEAR(count, static_cast<double>(kept.size()) / 10, 2) << "one of each so many";
+  std::array<int, 4> quarters{};
+  for (const AskedSegment& s : kept) {
+    const auto when = static_cast<size_t>(std::lround((s.segment.t_max - 1) * kAsked));
+    ++quarters[when % 256 / 64];  // one of each 256 was kept
+  }
+  for (const int count : quarters)
+    EXPECT_NEAR(count, static_cast<double>(kept.size()) / 4, 75);  // five standard deviations
 }
 
 TEST(Recorder, RecordsInTheFrameOfEachObjectWhoseBoxIsMet) {
@@ -145,7 +153,8 @@ TEST(Recorder, ThreadsRecordBesideEachOther) {
   for (std::thread& thread : threads) thread.join();
   const Demand demand = recorder.demand();
   EXPECT_NEAR(weight_of(demand.at(kHash)), kThreads * kEach, 1);
-  EXPECT_EQ(demand.at(kHash).size(), size_t{kThreads} * 5000);
+  EXPECT_LE(demand.at(kHash).size(), size_t{kThreads} * 5000);
+  EXPECT_GE(demand.at(kHash).size(), size_t{kThreads} * 2500);
 }
 
 TEST(Recorder, LeavesOutWhatNoDemandMayHold) {

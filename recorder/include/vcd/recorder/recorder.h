@@ -35,9 +35,9 @@ struct RecordedInstance {
 // identity. Each thread has a buffer of its own. Only thread() locks.
 class Recorder {
  public:
-  // A thread's buffer. What is recorded costs a comparison and a subtraction a call, as soon as the buffer is full:
-  // from then on it is known beforehand how many segments to pass over (Li, "Reservoir-sampling algorithms of time
-  // complexity O(n(1+log(N/n)))", 1994: algorithm L). One thread at a time. Lives as long as the recorder.
+  // A thread's buffer: one of each so many consecutive segments, at a random place among them. So it is known
+  // beforehand how many to pass over, and most calls cost a comparison and a subtraction. When the buffer is full, one
+  // of each two stays. One thread at a time. Lives as long as the recorder.
   class Thread {
    public:
     // Segments in the world's frame, as they were asked. self: the instance that they begin on: of it they are not
@@ -86,18 +86,20 @@ class Recorder {
       keep_some(bundle.size(), self, [&](size_t i) { return segment_of(bundle, i); });
     }
     void keep(const Segment& segment, uint32_t self);  // and draws the next skip_
-    double uniform();                                  // in (0, 1)
+    void halve();
+    uint64_t random();
 
     std::vector<Kept> kept_;
-    size_t most_;
-    uint64_t skip_ = 0;  // so many are passed over before the next is kept
+    size_t most_;         // even
+    uint64_t skip_ = 0;   // so many are passed over before the next is kept
+    uint64_t gap_ = 1;    // one of so many is kept; a power of two
+    uint64_t place_ = 0;  // of the next one among these
     uint64_t seen_ = 0;
-    double least_ = 1;  // algorithm L's W
     uint64_t random_;
   };
 
   // Instances keep their indices. Errors: runtime (out of memory).
-  // most  segments that each thread keeps, 36 bytes each
+  // most  segments that each thread keeps, 36 bytes each; at least half of it once so many were asked
   static Result<Recorder> build(std::span<const RecordedInstance> instances, size_t most = kDefaultMost);
   static constexpr size_t kDefaultMost = size_t{1} << 18;
 
