@@ -1,4 +1,5 @@
 """Demands as users meet them. The files here are written from spec/demand.md alone."""
+import base64
 import pathlib
 import random
 import re
@@ -151,6 +152,27 @@ class BakesForADemand(Case):
         self.assertIn("asks nothing of", done.stderr)
         self.assertTrue(pathlib.Path(f"{self.soup}.vcd").exists())
         self.assertFalse(pathlib.Path(f"{other}.vcd").exists())
+
+    def test_leave_objects_of_a_file_without_cells_that_nobody_asks(self):
+        corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+        faces = [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3]
+        data = b"".join(struct.pack("<3f", *(size * x for x in p)) for size in (1, 2) for p in corners) + struct.pack("<12H", *faces)
+        uri = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+        view = lambda offset, size: {"buffer": 0, "byteOffset": offset, "byteLength": size}
+        points = lambda v: {"bufferView": v, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [2, 2, 2]}
+        gltf = {"asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": len(data)}],
+                "bufferViews": [view(0, 48), view(48, 48), view(96, 24)],
+                "accessors": [points(0), points(1), {"bufferView": 2, "componentType": 5123, "count": 12, "type": "SCALAR"}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": mesh}, "indices": 2}]} for mesh in (0, 1)]}
+        two = self.mesh("two.gltf", json.dumps(gltf))
+        self.run_program("vc-bake", two, "-q", "--depth", 2, "--audit", 0)
+        objects = lambda: json.loads(self.run_program("vc-info", f"{two}.vcd", "--format", "json").stdout)["files"][0]["objects"]
+        second = bytes.fromhex(objects()[1]["geometry_hash"])
+        rays = [((0.01 * i, 0.3, -1), 0, (0, 0, 1), 5, 1) for i in range(100)]
+        self.demand.write_bytes(demand_bytes({second: rays}))
+        done = self.run_program("vc-bake", two, "--for", self.demand, "--audit", 0, "--depth", 4)
+        self.assertIn("object 0 has no cells: the demand asks nothing of it", done.stdout + done.stderr)
+        self.assertEqual([found["method"] for found in objects()], ["none", "hybrid"])
 
     def test_that_cannot_be_say_so_and_write_nothing(self):
         pathlib.Path(f"{self.soup}.vcd").unlink()
