@@ -33,7 +33,7 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 // What of the budget of seconds is for everything up to the last class; the rest is for audit and writing.
 constexpr double kBakeShare = 0.75;
-// What of the time up to there is for dividing cells for a demand; the rest is for those that nobody asks for.
+// What of the time up to there is for the cells that a demand asks for; the rest is to make the tree of them.
 constexpr double kDivideShare = 0.85;
 // What a forecast may take of the seconds that are left when the depth is picked.
 constexpr double kForecastShare = 0.6;
@@ -165,8 +165,8 @@ Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifie
   return ClassifiedCells{std::move(*octree), deadline.over()};
 }
 
-// The same for what a demand asks: first the cells that are worth it are divided, then the octree takes them as they
-// are, and all others as coarse as the top table.
+// The same for what a demand asks: first the cells that are worth it are divided and all classified, then the octree
+// takes them as they are.
 Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, const GridMesh& grid, const Tracer& tracer,
                                        const CellClassifier& classifier, const std::vector<uint8_t>& clearances,
                                        uint32_t depth, const BakeOptions& options, const Deadline& deadline) {
@@ -174,7 +174,7 @@ Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, cons
   auto divided = divide_for(asked, grid, tracer, classifier, clearances.data(), depth,
                             tree_budget(options.budget_bytes), deadline.after(kDivideShare), options);
   if (!divided) return divided.error();
-  const CellsAsDivided cells(classifier, divided->cells, deadline.end());
+  const CellsAsDivided cells(divided->cells);
   auto classified = classify_cells(grid, cells, divided->depth, options, Deadline(0));
   if (!classified) return classified;
   classified->octree.rays += divided->rays;

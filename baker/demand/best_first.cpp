@@ -31,13 +31,14 @@ class Divider {
     bytes_ = shape.bytes(shape.has_blocks256 ? kAlways : 0, shape.has_blocks16 ? kAlways : 0, kAlways);
     double weight = 0;
     for (const AskedLine& line : lines) weight += line.weight;
-    least_worth_ = kLeastWeight * weight / kBrickBytes * static_cast<double>(options.budget_bytes);
+    least_weight_a_byte_ = kLeastWeight * weight / kBrickBytes;
     costs_.resize(steps().size());
     queues_.resize(steps().size());
     for (uint32_t i = 0; i < kUniformBlocks; ++i) bricks_.intern(pattern(i).data());
   }
 
   std::optional<BestFirst> run() {
+    classify_top();
     for (const Asked& cell :
          undecided_cells(classifier_, lines_, result_.cells.top_level(), workspaces_, [&] { return over(); }))
       queues_[0].push(cell);
@@ -61,13 +62,38 @@ class Divider {
     Asked asked;
   };
   struct Filled {
-    std::vector<uint8_t> classes;  // empty: there was no time
+    std::vector<uint8_t> classes;   // empty: there was no time
+    std::vector<Asked> with_lines;  // of its cells, those that no class answers
     double seconds = 0;
   };
   struct Cost {  // of the blocks of one step so far
     double seconds = 0;
     uint64_t blocks = 0;
   };
+
+  // The classes of the top table. A class above it holds for all cells below.
+  void classify_top() {
+    const uint32_t top_level = result_.cells.top_level(), first_level = std::min(top_level, 1u);
+    result_.cells.top.assign(size_t{kFacePairs} << (4 * top_level), static_cast<uint8_t>(kUnclassified));
+    const uint32_t each = 1u << (4 * first_level);
+    tbb::parallel_for(0u, kFacePairs * each, [&](uint32_t i) {
+      const Cell root{i / each, 0, 0, 0, 0, 0};
+      Workspace& workspace = workspaces_.local();
+      uint32_t value = first_level == 0 ? kDeeper : classifier_.classify(root, false, workspace);
+      classify_top(first_level == 0 ? root : root.child(i % each), value, workspace);
+    });
+  }
+  void classify_top(const Cell& cell, uint32_t value, Workspace& workspace) {
+    const uint32_t level = result_.cells.top_level();
+    if (over() || (options_.stop && options_.stop())) return;
+    if (value == kDeeper) value = classifier_.classify(cell, cell.level == level, workspace);
+    if (cell.level == level) {
+      result_.cells.top[cell.pair << (4 * level) | row_major(cell.s, cell.t, cell.u, cell.v, 0, level)] =
+          static_cast<uint8_t>(value);
+      return;
+    }
+    for (uint32_t i = 0; i < 16; ++i) classify_top(cell.child(i), value, workspace);
+  }
 
   const std::vector<Step>& steps() const { return result_.cells.steps(); }
   static BrickWords pattern(uint32_t value) {
@@ -94,9 +120,10 @@ class Divider {
   // The step with the cell that is worth most for what it costs; none: no cell is left.
   std::optional<size_t> best_step() const {
     std::optional<size_t> best;
-    double most = least_worth_;
+    double most = 0;
     for (size_t s = 0; s < steps().size(); ++s) {
-      const double worth = queues_[s].empty() ? 0 : queues_[s].top().weight / cost(s);
+      if (queues_[s].empty() || queues_[s].top().weight < least_weight_a_byte_ * steps()[s].block_bytes) continue;
+      const double worth = queues_[s].top().weight / cost(s);
       if (worth > most) best = s, most = worth;
     }
     return best;
@@ -129,7 +156,9 @@ class Divider {
     const auto begin = Clock::now();
     const Step& step = steps()[job.step];
     filled.classes.resize(step.children());
-    fill_below(job.asked.cell, step, kDeeper, workspaces_.local(), filled.classes);
+    Workspace& workspace = workspaces_.local();
+    fill_below(job.asked.cell, step, kDeeper, workspace, filled.classes);
+    mark_asked(step, job.asked, workspace, filled);
     filled.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     return filled;
   }
@@ -144,6 +173,17 @@ class Divider {
     }
   }
 
+  // Those that lines are asked of, with the class that they have if they are not divided.
+  void mark_asked(const Step& step, const Asked& asked, Workspace& workspace, Filled& filled) const {
+    for_children(lines_, asked, [&](const Asked& child) {
+      if (child.cell.level < step.to) return mark_asked(step, child, workspace, filled);
+      uint8_t& value = filled.classes[step.index(child.cell)];
+      if (value != kDeeper) return;
+      value = static_cast<uint8_t>(DividedCells::kAsked + classifier_.classify(child.cell, true, workspace));
+      filled.with_lines.push_back(child);
+    });
+  }
+
   void take(const Job& job, Filled& filled) {
     if (filled.classes.empty()) {
       result_.out_of_time = true;
@@ -156,7 +196,7 @@ class Divider {
       bytes_ += new_brick_bytes(filled.classes);
     } else {
       bytes_ += step.block_bytes;
-      queue_undecided(job, filled.classes);
+      queue_undecided(job, filled);
     }
     result_.cells.divide(job.asked.cell, filled.classes);
   }
@@ -165,9 +205,8 @@ class Divider {
   // as there are lines that are alone in their cell goes to the cells without a line, in equal parts: the next picture
   // will ask some of those (Good, "The population frequencies of species and the estimation of population parameters",
   // 1953).
-  void queue_undecided(const Job& job, std::vector<uint8_t>& classes) {
-    std::vector<Asked> with_lines;
-    mark_asked(steps()[job.step], job.asked, classes, with_lines);
+  void queue_undecided(const Job& job, Filled& filled) {
+    auto& [classes, with_lines, seconds] = filled;
     const auto others = static_cast<double>(std::ranges::count(classes, static_cast<uint8_t>(kDeeper)));
     double lines = 0, alone = 0, weight = 0;
     for (const Asked& cell : with_lines) {
@@ -190,18 +229,6 @@ class Divider {
         queues_[job.step + 1].push({steps()[job.step].cell(job.asked.cell, i), 0, 0, of_each_other});
   }
 
-  // Those that lines are asked of.
-  void mark_asked(const Step& step, const Asked& asked, std::vector<uint8_t>& classes,
-                  std::vector<Asked>& found) const {
-    for_children(lines_, asked, [&](const Asked& child) {
-      if (child.cell.level < step.to) return mark_asked(step, child, classes, found);
-      uint8_t& value = classes[step.index(child.cell)];
-      if (value != kDeeper) return;
-      value = DividedCells::kAsked;
-      found.push_back(child);
-    });
-  }
-
   uint64_t new_brick_bytes(const std::vector<uint8_t>& classes) {
     BrickWords words{};
     for (size_t i = 0; i < classes.size(); ++i) words[i / 16] |= uint32_t{classes[i]} << (2 * (i % 16));
@@ -218,9 +245,9 @@ class Divider {
   Workspaces workspaces_;
   std::vector<std::priority_queue<Asked>> queues_;  // of each step
   std::vector<Cost> costs_;
-  BrickPool bricks_;    // equal ones take their bytes once
-  uint64_t bytes_ = 0;  // that the tree takes at most
-  double least_worth_;  // of a block, for its share of the budgets
+  BrickPool bricks_;            // equal ones take their bytes once
+  uint64_t bytes_ = 0;          // that the tree takes at most
+  double least_weight_a_byte_;  // of a block
 };
 
 }  // namespace

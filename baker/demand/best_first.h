@@ -28,7 +28,8 @@ struct BestFirst {
   bool out_of_time = false;
 };
 
-// Divides cells that lines are asked of and that their class does not answer, as long as the budgets last. The next is
+// Classifies the cells of the top table. Then divides cells that lines are asked of and that their class does not
+// answer, as long as the budgets last and they are worth their bytes. The next is
 // always the one of most asked weight for a byte of its block; where there is a deadline, for its share of the bytes
 // and of the time, by the mean of such blocks so far. All cells of a block are classified, asked or not: their bytes
 // are paid. Some of the weight goes to cells without a line, which the next picture may ask.

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cassert>
-#include <chrono>
 #include <cstdint>
 #include <unordered_map>
 #include <vector>
@@ -59,17 +58,25 @@ class DividedCells {
     return steps_[i];
   }
 
-  // classes: of its cells of level step.to, by Step::index(); kDeeper where nothing is decided and nothing is asked,
-  // kAsked where a demand asks for more.
+  // classes: of its cells of level step.to, by Step::index(); kDeeper where nothing is decided and nothing is asked;
+  // where lines are asked of an undecided cell, kAsked and the class that it has if it is not divided.
   void divide(const Cell& cell, const std::vector<uint8_t>& classes) {
     first_.emplace(key(cell), classes_.size());
     classes_.insert(classes_.end(), classes.begin(), classes.end());
   }
+  static constexpr uint8_t kAsked = kDeeper + 1;
+
+  // The classes that the cells of the top table have where they are not divided, in the table's order.
+  std::vector<uint8_t> top;
+  uint8_t class_on_top(const Cell& c) const {
+    const uint32_t bits = top_level();
+    return top[c.pair << (4 * bits) | row_major(c.s, c.t, c.u, c.v, 0, bits)];
+  }
+
   const uint8_t* classes_below(const Cell& cell) const {  // null: it is not divided
     const auto found = first_.find(key(cell));
     return found == first_.end() ? nullptr : &classes_[found->second];
   }
-  static constexpr uint8_t kAsked = kDeeper + 1;
 
  private:
   static uint64_t key(const Cell& c) {
@@ -82,17 +89,15 @@ class DividedCells {
 };
 
 // What the recursion over the octree asks where a demand has divided cells: these as deep as they are, everything else
-// as coarse as the top table.
+// as coarse as the top table. All is known beforehand.
 class CellsAsDivided : public CellClassifier {
  public:
-  // Both outlive this. deadline: once it is over, what is not classified yet is unclassified.
-  CellsAsDivided(const CellClassifier& all, const DividedCells& divided, std::chrono::steady_clock::time_point deadline)
-      : all_(all), divided_(divided), deadline_(deadline) {}
+  explicit CellsAsDivided(const DividedCells& divided) : divided_(divided) {}  // outlives this
 
-  uint32_t classify(const Cell& cell, bool, Workspace& workspace) const override {
+  uint32_t classify(const Cell& cell, bool, Workspace&) const override {
     const uint32_t top = divided_.top_level();
-    if (cell.level < top) return over() ? kDeeper : all_.classify(cell, false, workspace);
-    if (cell.level == top) return divided_.classes_below(cell) ? kDeeper : as_leaf(cell, workspace);
+    if (cell.level < top) return kDeeper;
+    if (cell.level == top) return divided_.classes_below(cell) ? kDeeper : divided_.class_on_top(cell);
     const Step& step = divided_.step_to(cell.level);
     if (cell.level < step.to) return kDeeper;
     Cell above = cell;
@@ -100,18 +105,11 @@ class CellsAsDivided : public CellClassifier {
     const uint8_t value = divided_.classes_below(above)[step.index(cell)];
     if (value < kDeeper) return value;
     if (divided_.classes_below(cell)) return kDeeper;
-    return value == DividedCells::kAsked ? as_leaf(cell, workspace) : kUnclassified;
+    return value == kDeeper ? kUnclassified : value - uint32_t{DividedCells::kAsked};
   }
 
  private:
-  bool over() const { return deadline_ != deadline_.max() && std::chrono::steady_clock::now() > deadline_; }
-  uint32_t as_leaf(const Cell& cell, Workspace& workspace) const {
-    return over() ? kUnclassified : all_.classify(cell, true, workspace);
-  }
-
-  const CellClassifier& all_;
   const DividedCells& divided_;
-  const std::chrono::steady_clock::time_point deadline_;
 };
 
 }  // namespace vcd::baker
