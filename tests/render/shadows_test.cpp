@@ -176,7 +176,7 @@ TEST_P(Counting, TheCountingHierarchyFindsWhatEmbreeFindsAndSidecarsSaveTests) {
 TEST(Judging, RemembersWhatEmbreeGotWrongAndOnlyThat) {
   const World world = one_object();
   const baker::Referee referee(world.objects[0].mesh);
-  Judge judge(world);
+  Judge judge(world, {});
   const Recording bundles = record(world, small_picture());
   const auto answers = [&](size_t bundle) {  // one in seven is wrong
     std::vector<uint8_t> blocked(bundles[bundle].segments.size());
@@ -214,7 +214,7 @@ TEST(Judging, AHierarchyIsNeverWrongAndALiarAlways) {
   const World world = one_object();
   const WorldSidecars sidecars = must_bake(world, quick(3, 16), folder);
   const TestCounter counter = std::move(*TestCounter::build(world));
-  Judge judge(world);
+  Judge judge(world, {});
   const auto total = [&](Census&& census) {
     must_render(world, small_picture(2), [&] { return census.caster(); });
     return census.take().total();
@@ -222,7 +222,10 @@ TEST(Judging, AHierarchyIsNeverWrongAndALiarAlways) {
   const KindCounts traced = total(Census(world, {}, counter, {1}, 24 * 16, &judge));
   EXPECT_LE(traced.wrong, traced.segments / 10000);
   const auto counted = [&](MakeCaster make) { return total(Census(world, std::move(make), {1}, 24 * 16, &judge)); };
-  const KindCounts alone = counted([&] { return std::make_unique<HierarchyShadows>(world, sidecars.objects, false); });
+  OpenOptions without_look_ups;
+  without_look_ups.look_up = LookUpFirst::never;
+  const auto exact = open_sidecars(world, {(folder / "world.vcd").string()}, without_look_ups);
+  const KindCounts alone = counted([&] { return std::make_unique<HierarchyShadows>(world, exact->objects); });
   EXPECT_EQ(alone.wrong, 0u);
   EXPECT_EQ(alone.segments, traced.segments);
   EXPECT_EQ(alone.resolved(), traced.segments);

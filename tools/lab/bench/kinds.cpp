@@ -101,7 +101,7 @@ Json measure_kind(const World& world, SegmentKind kind, const Recording& bundles
     runs.push_back(timed_look_up(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
     runs.push_back(timed(v.id, bundles, std::make_shared<SidecarShadows>(world, *v.objects, v.ways)));
     if (have_hierarchies(*v.objects))
-      runs.push_back(timed(v.id + "-hierarchy", bundles, std::make_shared<HierarchyShadows>(world, *v.objects, true)));
+      runs.push_back(timed(v.id + "-hierarchy", bundles, std::make_shared<HierarchyShadows>(world, *v.objects)));
   }
   const std::vector<Timing> timings = time_interleaved(runs, repetitions);
   if (judge) learn(world, bundles, truth, *judge);

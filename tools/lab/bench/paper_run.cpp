@@ -213,6 +213,11 @@ class SceneRun {
       if (!opened) return opened.error();
       open_.push_back({id, std::move(*opened)});
     }
+    OpenOptions without_look_ups;
+    without_look_ups.look_up = LookUpFirst::never;
+    auto alone = open_sidecars(*world_, {sidecar_path(ids.front()).string()}, without_look_ups);
+    if (!alone) return alone.error();
+    alone_.emplace(std::move(*alone));
     if (!variant("bvh").contains("ways"))
       variant("bvh")["ways"] = describe_ways(
           fastest_ways(*world_, options_.render, false, [&](const ShadowWays& w) { return bvh_caster(w); }));
@@ -230,8 +235,8 @@ class SceneRun {
     auto counter = TestCounter::build(*world_);
     if (!counter) return counter.error();
     counter_.emplace(std::move(*counter));
-    if (world_->single()) judge_.emplace(*world_);
-    scene()["judge"] = judge_ ? "exact arithmetic" : "Embree";
+    judge_.emplace(*world_, open_.front().sidecars.objects);
+    scene()["judge"] = "exact arithmetic";
     return std::nullopt;
   }
 
@@ -285,7 +290,7 @@ class SceneRun {
     v["label"] = "BVH";
     v["tests"] = pass.tests;
     scene()["shadow_segments"] = pass.total().segments;
-    if (judge_) describe_wrong(v, pass.total());
+    describe_wrong(v, pass.total());
     if (auto error = write_image(v, "bvh", "shaded", tone_mapped(bvh_image_))) return error;
     return write_counts(v, "bvh", "tests", pass.pixel_tests, tests_scale_, "ray-triangle tests a pixel");
   }
@@ -359,15 +364,15 @@ class SceneRun {
 
   std::vector<Caster> hierarchy_casters() const {
     std::vector<Caster> all;
-    const auto add = [&](const OpenVariant& v, const std::string& id, const std::string& label, bool look_up) {
-      all.push_back({id, label, look_up ? v.id : "", [this, &v, look_up] {
-                       return std::make_unique<HierarchyShadows>(*world_, v.sidecars.objects, look_up);
-                     }});
+    const auto add = [&](const std::string& id, const std::string& label, const std::string& tree,
+                         const WorldSidecars& sidecars) {
+      all.push_back({id, label, tree,
+                     [this, &sidecars] { return std::make_unique<HierarchyShadows>(*world_, sidecars.objects); }});
     };
+    if (have_hierarchies(alone_->objects)) add("hierarchy", "hierarchy alone", {}, *alone_);
     for (const OpenVariant& v : open_) {
       if (v.id == kUnclassified || !have_hierarchies(v.sidecars.objects)) continue;
-      if (&v == &open_.front()) add(v, "hierarchy", "hierarchy alone", false);
-      add(v, v.id + "-hierarchy", v.id + ", hierarchy behind it", true);
+      add(v.id + "-hierarchy", v.id + ", hierarchy behind it", v.id, v.sidecars);
     }
     return all;
   }
@@ -453,6 +458,7 @@ class SceneRun {
   std::optional<World> world_;
   std::vector<Configuration> configurations_;
   std::vector<OpenVariant> open_;
+  std::optional<WorldSidecars> alone_;  // of the first, with no look-ups
   std::optional<TestCounter> counter_;
   std::optional<Judge> judge_;
   ShadowWays bvh_ways_;

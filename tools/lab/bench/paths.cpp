@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <tuple>
 
-#include <vcd/baker/referee.h>
 #include <vcd/runtime/scene.h>
 
 #include "common/describe.h"
@@ -12,6 +11,7 @@
 #include "machine.h"
 #include "paper_run.h"
 #include "render/census.h"
+#include "render/judge.h"
 #include "render/path_rays.h"
 #include "render/shadows.h"
 #include "render/sidecars.h"
@@ -104,6 +104,8 @@ class Alone {
     return ray.tfar < 0;
   }
 
+  std::span<const Object> objects() const { return sidecars_.objects; }
+
  private:
   static SceneQuery query(const Rays& rays, Rays::Array array) {
     return {0xFFFFFFFF, std::span(rays.origins).subspan(array.first, array.count)};
@@ -137,10 +139,9 @@ class Bench {
  public:
   // alone: the hierarchy first, with no look-up.
   Bench(const World& world, const HighQualityCasters& high, const std::vector<Alone>& alone, int repetitions)
-      : world_(world), high_(high), alone_(alone), repetitions_(repetitions) {
+      : world_(world), high_(high), alone_(alone), judge_(world, alone[0].objects()), repetitions_(repetitions) {
     for (const WorldInstance& instance : world.instances)
       objects_.push_back(world.objects[instance.object].tracer.scene());
-    if (world.single()) referee_.emplace(world.objects[0].mesh);
   }
 
   Comparison compare(const std::string& name, const RayOrders& rays) const {
@@ -158,14 +159,13 @@ class Bench {
 
   void judge(const Rays& rays, Comparison& result) const {
     result.segments = rays.segments.size();
-    if (referee_) result.judged = std::min(kJudged, rays.segments.size());
-    std::vector<uint8_t> truth(result.judged);
-    if (referee_) referee_->occluded(std::span(rays.segments).first(result.judged), truth);
+    result.judged = std::min(kJudged, rays.segments.size());
     for (size_t i = 0; i < rays.segments.size(); ++i) {
       const bool embree = occluded_by_bvh(casters(false), rays.segments[i]), ours = alone_[0].occluded(rays, i);
       result.blocked += embree, result.differ += embree != ours;
       if (i >= result.judged) continue;
-      result.wrong_embree += embree != (truth[i] != 0), result.wrong_hierarchy += ours != (truth[i] != 0);
+      const bool truth = judge_.blocked(rays.segments[i]);
+      result.wrong_embree += embree != truth, result.wrong_hierarchy += ours != truth;
     }
   }
 
@@ -233,8 +233,8 @@ class Bench {
   const World& world_;
   const HighQualityCasters& high_;
   const std::vector<Alone>& alone_;
-  std::vector<RTCScene> objects_;   // of instances
-  std::optional<Referee> referee_;  // of a single object
+  std::vector<RTCScene> objects_;  // of instances
+  Judge judge_;
   int repetitions_;
   mutable volatile uint64_t sink_ = 0;  // keeps the answers from being optimised away
 };
@@ -268,9 +268,8 @@ void print(const Comparison& c) {
   std::printf("%s: %llu segments, %.2f %% of them blocked; %llu answers of the hierarchy differ from Embree's\n",
               c.name.c_str(), Count{c.segments}, 100 * static_cast<double>(c.blocked) / static_cast<double>(c.segments),
               Count{c.differ});
-  if (c.judged > 0)
-    std::printf("  in exact arithmetic, of %llu: Embree wrong %llu times, the hierarchy %llu times\n", Count{c.judged},
-                Count{c.wrong_embree}, Count{c.wrong_hierarchy});
+  std::printf("  in exact arithmetic, of %llu: Embree wrong %llu times, the hierarchy %llu times\n", Count{c.judged},
+              Count{c.wrong_embree}, Count{c.wrong_hierarchy});
   print("single calls, path by path", c.single, c.segments);
   print("wavefronts of 4096 paths", c.wavefronts, c.segments);
 }

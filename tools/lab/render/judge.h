@@ -3,21 +3,28 @@
 
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <unordered_map>
+#include <vector>
 
 #include <vcd/baker/referee.h>
+#include <vcd/runtime/scene.h>
 
 #include "world.h"
 
 namespace vcd::render {
 
-// Of one object in one place. It judges all of Embree's answers once and remembers the wrong ones: from then on the
-// truth is Embree's answer unless the ray is one of those.
+// It judges all of Embree's answers once and remembers the wrong ones: from then on the truth is Embree's answer unless
+// the ray is one of those. Of instances, the truth is that of the segment in the object's frame, as it is rounded there
+// (spec/conventions.md, 23).
 class Judge {
  public:
-  // world.single().
-  explicit Judge(const World& world) : referee_(world.objects[0].mesh) {}
+  // objects[i] stands for world.objects[i]: any sidecar of it.
+  Judge(const World& world, std::span<const Object> objects);
+
+  // The truth of one segment. Safe from any thread.
+  bool blocked(const Segment& segment) const;
 
   // The first time: the truth of each segment, held against what Embree says. Safe from any thread.
   void learn(std::span<const Segment> segments, std::span<const uint8_t> embree, std::span<uint8_t> truth);
@@ -32,7 +39,9 @@ class Judge {
     size_t operator()(const Segment& s) const;
   };
 
-  baker::Referee referee_;
+  const World& world_;
+  std::vector<baker::Referee> referees_;  // of the world's objects
+  std::optional<Scene> scene_;            // that moves segments, unless the world is a single object
   std::mutex learning_;
   std::unordered_map<Segment, uint8_t, SameBits, SameBits> wrong_;  // the truth of segments that Embree gets wrong
 };

@@ -137,8 +137,7 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
 
 bool have_hierarchies(std::span<const Object> objects) { return std::ranges::all_of(objects, &Object::has_hierarchy); }
 
-HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> objects, bool look_up)
-    : world_(world), look_up_(look_up) {
+HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> objects) : world_(world) {
   if (world.single()) object_ = objects[0];
   else scene_.emplace(scene_of(world, objects));
 }
@@ -146,8 +145,7 @@ HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> o
 void HierarchyShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
   std::array<uint64_t, kMaxBundle / 64> bits;
   const auto words = std::span(bits).first(words_of(bundle));
-  // Segments from the object itself are never looked up.
-  if (object_) object_->occluded(quad_of(world_, bundle), words, look_up_ ? from_of(world_, bundle) : From::self);
+  if (object_) object_->occluded(quad_of(world_, bundle), words, from_of(world_, bundle));
   else scene_->occluded(quad_of(world_, bundle), words, query_of(bundle));
   for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = bits[i / 64] >> (i % 64) & 1;
 }

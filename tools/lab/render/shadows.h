@@ -110,13 +110,13 @@ bool have_hierarchies(std::span<const Object> objects);
 // Sidecars with their hierarchies, and no Embree.
 class HierarchyShadows : public ShadowCaster {
  public:
-  // objects[i] answers for world.objects[i] and has a hierarchy. look_up: first, where the file says that it pays.
-  HierarchyShadows(const World& world, std::span<const Object> objects, bool look_up);
+  // objects[i] answers for world.objects[i] and has a hierarchy. Whether it is looked up first was said when it was
+  // opened.
+  HierarchyShadows(const World& world, std::span<const Object> objects);
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override;
 
  private:
   const World& world_;
-  bool look_up_;
   std::optional<Object> object_;  // of a single one
   std::optional<Scene> scene_;    // of many
 };

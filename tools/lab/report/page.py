@@ -84,7 +84,7 @@ def build(report, charts, hard, compares):
 <p>Up is faster, left is more exact. Speed-up counts only the time spent on shadow rays; whiskers reach from the slowest against
 the fastest repetition to the reverse. A point’s number is its sample rays a cell; proven and hybrid trees, which have shapes of their own, show their depth (d5)
 instead. Filled points leave to Embree what look-ups do not decide; hollow ones (+H) leave it to the sidecar’s hierarchy, and
-H has no look-ups at all. Where exact arithmetic judges (one object in one place), Embree itself is a point, E; elsewhere wrong means other than
+H has no look-ups at all. Where exact arithmetic judges, Embree itself is a point, E; else wrong means other than
 Embree. A tree’s area grows with the square root of its memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
 bound. {axes}</p>
 {charted("speedup")}{dominance_part.all_of(report["dominance"], tables)}</section>
