@@ -15,6 +15,8 @@
 
 #include "audit/audit_object.h"
 #include "classify/make_classifier.h"
+#include "demand/divide_for.h"
+#include "demand/kept_out.h"
 #include "hierarchy/look_up_worth.h"
 #include "object/baked_object.h"
 #include "octree/demote.h"
@@ -31,6 +33,8 @@ double since(Clock::time_point start) { return std::chrono::duration<double>(Clo
 
 // What of the budget of seconds is for everything up to the last class; the rest is for audit and writing.
 constexpr double kBakeShare = 0.75;
+// What of the time up to there is for the cells that a demand asks for; the rest is to make the tree of them.
+constexpr double kDivideShare = 0.85;
 // What a forecast may take of the seconds that are left when the depth is picked.
 constexpr double kForecastShare = 0.6;
 
@@ -43,6 +47,10 @@ class Deadline {
              std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kBakeShare * budget_seconds));
   }
   Clock::time_point end() const { return end_; }
+  Clock::time_point after(double share) const {  // of what is left
+    if (end_ == end_.max()) return end_;
+    return Clock::now() + std::chrono::duration_cast<Clock::duration>(share * (end_ - Clock::now()));
+  }
   bool over() const { return Clock::now() > end_; }
   double seconds_left() const { return end_ == end_.max() ? std::numeric_limits<double>::infinity() : -since(end_); }
 
@@ -53,6 +61,8 @@ class Deadline {
 std::optional<Error> check_options(const BakeOptions& options) {
   const auto usage = [](const char* reason) { return Error{ErrorCode::usage, reason}; };
   if (options.depth > kMaxDepth) return usage("depth must be 1 to 8, or 0 for automatic");
+  if (options.demand && options.depth == 1) return usage("depth of a bake for a demand must be 2 to 8");
+  if (options.demand && options.method == Method::none) return usage("method none answers no demand");
   const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
   if (options.samples == 0) return std::nullopt;
   if (options.method == Method::sampled && !known) return usage("samples must be 16, 81 or 256");
@@ -129,10 +139,10 @@ Plan forecast(const GridMesh& grid, const Tracer& tracer, const CellClassifier& 
   return probe(grid.source, tracer, classifier, probe_options);
 }
 
-// The pass `plan`, where the depth is left to it.
+// The pass `plan`, where the depth is left to it. A demand divides as deep as it pays by itself.
 std::optional<Plan> plan_if_asked(const GridMesh& grid, const Tracer& tracer, const CellClassifier& classifier,
                                   const BakeOptions& options, const Deadline& deadline) {
-  if (options.depth > 0) return std::nullopt;
+  if (options.depth > 0 || options.demand) return std::nullopt;
   begin(BakePass::plan, options);
   return forecast(grid, tracer, classifier, options, deadline);
 }
@@ -155,16 +165,34 @@ Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifie
   return ClassifiedCells{std::move(*octree), deadline.over()};
 }
 
+// The same for what a demand asks: first the cells that are worth it are divided and all classified, then the octree
+// takes them as they are.
+Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, const GridMesh& grid, const Tracer& tracer,
+                                       const CellClassifier& classifier, const std::vector<uint8_t>& clearances,
+                                       uint32_t depth, const BakeOptions& options, const Deadline& deadline) {
+  begin(BakePass::divide, options);
+  auto divided = divide_for(asked, grid, tracer, classifier, clearances.data(), depth,
+                            tree_budget(options.budget_bytes), deadline.after(kDivideShare), options);
+  if (!divided) return divided.error();
+  const CellsAsDivided cells(divided->cells);
+  auto classified = classify_cells(grid, cells, divided->depth, options, Deadline(0));
+  if (!classified) return classified;
+  classified->octree.rays += divided->rays;
+  classified->out_of_time = divided->out_of_time || deadline.over();
+  return classified;
+}
+
 Demoted demote_to_budget(TreeArrays&& tree, const BakeOptions& options) {
   if (options.budget_bytes == 0) return {std::move(tree)};
   begin(BakePass::demote, options);
   return demote_merge(std::move(tree), tree_budget(options.budget_bytes), options.threads);
 }
 
-// Only blocked cells need them.
+// Only blocked cells need them. known: those of the mesh, where a demand needed them before, or none.
 std::vector<uint8_t> clearances_if_blocked(const GridMesh& grid, const TreeStatistics& counts,
-                                           const BakeOptions& options) {
+                                           std::vector<uint8_t>&& known, const BakeOptions& options) {
   if (counts.cells[kBlocked] + counts.cells[kStatisticallyBlocked] == 0) return {};
+  if (!known.empty()) return std::move(known);
   begin(BakePass::clearances, options);
   return clearances_of(grid);
 }
@@ -181,6 +209,23 @@ std::optional<Error> audit_if_asked(const PreparedMesh& mesh, BakedObject& objec
   record_audit(*report, object.record);
   object.audit = std::move(*report);
   return std::nullopt;
+}
+
+std::optional<Error> judge_if_asked(const PreparedMesh& mesh, BakedObject& object, std::span<const AskedSegment> asked,
+                                    const BakeOptions& options) {
+  if (!options.demand) return std::nullopt;
+  begin(BakePass::audit, options);
+  auto report = with_threads(options.threads,
+                             [&] { return judge_demand(mesh, object.record, object.tree(), asked, options.stop); });
+  if (!report) return report.error();
+  object.demand = *report;
+  return std::nullopt;
+}
+
+// With the budget that a bake for a demand has where none is given.
+BakeOptions with_budget(BakeOptions options) {
+  if (options.demand && options.budget_bytes == 0) options.budget_bytes = kDemandBudgetBytes;
+  return options;
 }
 
 }  // namespace
@@ -204,9 +249,16 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try 
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_options) try {
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_options) try {
+  const BakeOptions all_options = with_budget(given_options);
   const Deadline deadline(all_options.budget_seconds);
   if (auto fault = check_options(all_options)) return std::move(*fault);
+  std::span<const AskedSegment> asked;
+  if (all_options.demand) {
+    const auto found = asked_of(mesh, *all_options.demand);
+    if (!found) return found.error();
+    asked = *found;
+  }
   auto geometry = embedded_geometry(mesh, all_options);
   if (!geometry) return geometry.error();
   auto hierarchy = hierarchy_if_asked(mesh, all_options);
@@ -227,23 +279,30 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_option
   const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
 
   auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
-  const uint32_t depth = plan ? plan->depth : options.depth;
-  if (depth == 0) return without_answers(std::move(plan));
-  if (auto too_small = check_budget(mesh, depth, options.budget_bytes, *hierarchy)) return std::move(*too_small);
+  uint32_t depth = plan ? plan->depth : options.depth;
+  if (depth == 0 && !options.demand) return without_answers(std::move(plan));
+  if (auto too_small = check_budget(mesh, std::max(depth, kMinDepth), options.budget_bytes, *hierarchy))
+    return std::move(*too_small);
 
   const auto start = Clock::now();
-  auto classified = classify_cells(grid, *classifier.cells, depth, options, deadline);
+  std::vector<uint8_t> clearances;
+  if (options.demand) begin(BakePass::clearances, options), clearances = clearances_of(grid);
+  auto classified = options.demand
+                        ? classify_asked(asked, grid, *tracer, *classifier.cells, clearances, depth, options, deadline)
+                        : classify_cells(grid, *classifier.cells, depth, options, deadline);
   if (!classified) return classified.error();
+  depth = classified->octree.tree.depth;
   const uint64_t bytes = tree_bytes(classified->octree.tree.view());
   Demoted demoted = demote_to_budget(std::move(classified->octree.tree), options);
   const TreeStatistics counts = measure_tree(demoted.tree.view());
-  auto clearances = clearances_if_blocked(grid, counts, options);
+  clearances = clearances_if_blocked(grid, counts, std::move(clearances), options);
 
   BakedObject object = make_object(
       mesh, {options.method, depth, classifier.samples, options.seed}, counts,
       {std::move(demoted.tree), std::move(*geometry), std::move(clearances), std::move(hierarchy->section)});
   object.record.flags |=
-      look_up_worth(mesh, object.record, object.tree(), HierarchyView{object.to_write().hierarchy.data()});
+      look_up_worth(mesh, object.record, object.tree(), HierarchyView{object.to_write().hierarchy.data()},
+                    kept_out_segments(mesh, asked));
   object.plan = std::move(plan);
   object.rays = classified->octree.rays;
   object.seconds = since(start);
@@ -252,6 +311,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_option
   object.out_of_time = classified->out_of_time;
   object.without_hierarchy = std::move(hierarchy->why_not);
   if (auto wrong = audit_if_asked(mesh, object, options)) return std::move(*wrong);
+  if (auto wrong = judge_if_asked(mesh, object, asked, options)) return std::move(*wrong);
   return object;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};

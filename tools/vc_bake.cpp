@@ -106,7 +106,10 @@ std::vector<fs::path> prune(const Options& options, const Assets& assets) {
 std::optional<Error> check_written(const Options& options, const std::vector<Asset>& assets) {
   std::map<fs::path, const char*> taken;
   for (const std::string& manifest : options.request.manifests) taken.emplace(place_of(manifest), "a manifest");
-  for (const Asset& asset : assets) taken.emplace(place_of(asset.output), "a sidecar");
+  for (const Asset& asset : assets) {
+    taken.emplace(place_of(asset.output), "a sidecar");
+    if (!asset.settings.demand.path.empty()) taken.emplace(place_of(asset.settings.demand.path), "a demand");
+  }
   std::vector<std::string> written;
   if (options.events != "-") written.push_back(options.events);
   written.push_back(options.depfile);
@@ -135,6 +138,7 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
   };
   if (!options.depfile.empty() && records[0].ok()) {
     std::vector<fs::path> files = {assets[0].input};
+    if (const fs::path& demand = assets[0].settings.demand.path; !demand.empty()) files.push_back(demand);
     for (const fs::path& source : records[0].outcome.baked.sources)
       files.push_back(assets[0].input.parent_path() / source);
     note(write_depfile(options.depfile,
@@ -233,6 +237,8 @@ Json plan_object(const Options& options, const Asset& asset, const PreparedMesh&
 
 // --plan: forecasts, no files.
 int run_plan(const Options& options) {
+  if (!options.request.settings.demand.path.empty())
+    return fail({ErrorCode::usage, "--plan forecasts no bake for a demand: it is as deep as pays by itself"});
   catch_interruptions();
   const auto found = collect_assets(options.request);
   if (!found) return fail(found.error());

@@ -1,8 +1,15 @@
-// vc-info: shows what sidecars hold, and turns one storage into the other.
+// vc-info: shows what sidecars and demands hold, turns one storage into the other, and merges demands.
+#include <array>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 
 #include <vcd/format/contents.h>
+#include <vcd/format/demand.h>
+#include <vcd/format/line_cell.h>
+#include <vcd/format/tree.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/demand.h>
 #include <vcd/writer/writer.h>
 
 #include <vcd/library/find.h>
@@ -20,17 +27,56 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   std::vector<std::string> files;
-  std::string repack;
+  std::string repack, merge, asked;
+  uint64_t most_segments = kMostAskedSegments;
   library::BakeSettings settings;  // its storage is that of --repack
   bool sections = false;
 };
 
-Json describe(const std::string& path, const SidecarContents& contents) {
+// How much of what a demand asks of an object its cells answer.
+struct Answered {
+  uint64_t segments = 0;                     // that enter the box
+  double all = 0, answered = 0, proven = 0;  // weights
+
+  static double share(double part, double whole) { return whole > 0 ? part / whole : 0; }
+};
+
+Answered answered_of(const ObjectContents& object, const Demand& demand) {
+  Answered result;
+  const auto asked = demand.find(object.record->geometry_hash);
+  if (asked == demand.end()) return result;
+  const GridFrame frame = make_grid_frame(object.record->box_min, object.record->box_max);
+  TreeView tree = object.tree;
+  const bool sampled = object.record->method == static_cast<uint8_t>(Method::sampled);
+  for (const auto& [segment, weight] : asked->second) {
+    const Place place = place_of(locate(frame, segment), segment.t_min, segment.t_max);
+    if (place == Place::doubtful || place == Place::outside) continue;
+    ++result.segments, result.all += weight;
+    tree.answers = answer_table(Trust::statistics);
+    if (classify(frame, tree, tree.shape, segment) == Visibility::unclassified) continue;
+    result.answered += weight;
+    tree.answers = answer_table(Trust::proofs);
+    if (!sampled && classify(frame, tree, tree.shape, segment) != Visibility::unclassified) result.proven += weight;
+  }
+  return result;
+}
+
+Json describe(const Answered& a) {
+  return {{"segments", a.segments},
+          {"weight", a.all},
+          {"answered", Answered::share(a.answered, a.all)},
+          {"proven", Answered::share(a.proven, a.all)}};
+}
+
+Json describe(const std::string& path, const SidecarContents& contents, const Demand& asked) {
   Json json{{"file", path},
             {"format_version", {contents.header->version_major, contents.header->version_minor}},
             {"file_size", contents.header->file_size}};
   json["objects"] = Json::array();
-  for (const ObjectContents& object : contents.objects) json["objects"].push_back(describe_object(object));
+  for (const ObjectContents& object : contents.objects) {
+    json["objects"].push_back(describe_object(object));
+    if (!asked.empty()) json["objects"].back()["asked"] = describe(answered_of(object, asked));
+  }
   json["sections"] = Json::array();
   for (const SectionEntry& section : contents.sections) json["sections"].push_back(describe_section(section));
   json["provenance"] = Json::object();
@@ -38,7 +84,7 @@ Json describe(const std::string& path, const SidecarContents& contents) {
   return json;
 }
 
-void print(const std::string& path, const SidecarContents& contents, bool sections) {
+void print(const std::string& path, const SidecarContents& contents, const Demand& asked, bool sections) {
   std::printf("%s: vcd %u.%u, %s, %zu object%s\n", path.c_str(), contents.header->version_major,
               contents.header->version_minor, readable_bytes(contents.header->file_size).c_str(),
               contents.objects.size(), contents.objects.size() == 1 ? "" : "s");
@@ -48,6 +94,13 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
     std::printf("%s", hierarchy_summary(*object.record, object.hierarchy).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
+    if (!asked.empty()) {
+      const Answered a = answered_of(object, asked);
+      std::printf("  asked     %llu segments; %s of their weight answered, %s proven\n",
+                  static_cast<unsigned long long>(a.segments),
+                  readable_percent(Answered::share(a.answered, a.all)).c_str(),
+                  readable_percent(Answered::share(a.proven, a.all)).c_str());
+    }
     if (!object.geometry.empty())
       std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
   }
@@ -64,6 +117,67 @@ void print(const std::string& path, const SidecarContents& contents, bool sectio
                 static_cast<unsigned long long>(s.stored_size), static_cast<unsigned long long>(s.logical_size),
                 hex(s.logical_xxh3).c_str());
   }
+}
+
+double weight_of(const std::vector<AskedSegment>& segments) {
+  double sum = 0;
+  for (const AskedSegment& s : segments) sum += s.weight;
+  return sum;
+}
+
+Json describe(const std::string& path, const Demand& demand) {
+  Json json{{"file", path}, {"demand", Json::array()}};
+  for (const auto& [hash, segments] : demand)
+    json["demand"].push_back(
+        {{"geometry_hash", hex(hash)}, {"segments", segments.size()}, {"weight", weight_of(segments)}});
+  return json;
+}
+
+void print(const std::string& path, const Demand& demand) {
+  std::printf("%s: demand for %zu object%s\n", path.c_str(), demand.size(), demand.size() == 1 ? "" : "s");
+  for (const auto& [hash, segments] : demand)
+    std::printf("  geometry hash %s: %zu segments that stand for %s\n", hex(hash).c_str(), segments.size(),
+                readable_count(weight_of(segments)).c_str());
+}
+
+// Shows a file that begins like a demand. Its exit code.
+int show_demand(const std::string& path, const Options& options, Json& all) {
+  const auto demand = read_demand(path);
+  if (!demand) {
+    print_error(demand.error().message);
+    all.push_back({{"file", path}, {"error", demand.error().message}});
+    return exit_code(demand.error().code);
+  }
+  if (options.common.format == OutputFormat::json) all.push_back(describe(path, *demand));
+  else print(path, *demand);
+  return kExitOk;
+}
+
+bool is_demand(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // a pipe would wait
+  std::array<char, kDemandBegin.size()> begin{};
+  std::ifstream file(path, std::ios::binary);
+  return file.read(begin.data(), begin.size()) && std::string_view(begin.data(), begin.size()) == kDemandBegin;
+}
+
+int merge_demands(const Options& options) {
+  Demand merged;
+  for (const std::string& path : options.files) {
+    auto demand = read_demand(path);
+    if (!demand) return print_error(demand.error().message), exit_code(demand.error().code);
+    const std::array<Demand, 2> both = {std::move(merged), std::move(*demand)};
+    merged = merge(both);
+  }
+  const uint64_t count = segment_count(merged);
+  const Demand thinned = thin(std::move(merged), options.most_segments);
+  const auto written = write_demand(options.merge, thinned);
+  if (!written) return print_error(written.error().message), exit_code(written.error().code);
+  if (!options.common.quiet)
+    std::printf("%zu demands, %llu segments -> %s, %llu segments, %s\n", options.files.size(),
+                static_cast<unsigned long long>(count), options.merge.c_str(),
+                static_cast<unsigned long long>(segment_count(thinned)), readable_bytes(*written).c_str());
+  return kExitOk;
 }
 
 Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& options) {
@@ -97,10 +211,25 @@ int run(const Options& options) {
     print_error(shown(options.repack) + ": is named like a mesh; a sidecar's name ends in .vcd");
     return exit_code(ErrorCode::usage);
   }
+  if (!options.merge.empty() && !library::may_be_written(options.merge)) {
+    print_error(shown(options.merge) + ": is named like a mesh or a sidecar");
+    return exit_code(ErrorCode::usage);
+  }
   catch_interruptions();
+  if (!options.merge.empty()) return merge_demands(options);
+  Demand asked;
+  if (!options.asked.empty()) {
+    auto read = read_demand(options.asked);
+    if (!read) return print_error(read.error().message), exit_code(read.error().code);
+    asked = std::move(*read);
+  }
   std::vector<int> codes;
   Json all = Json::array();
   for (const std::string& path : options.files) {
+    if (options.repack.empty() && is_demand(path)) {
+      codes.push_back(show_demand(path, options, all));
+      continue;
+    }
     const auto sidecar = Sidecar::open(path, {Load::copy});  // a map of a file that somebody truncates raises SIGBUS
     codes.push_back(sidecar ? kExitOk : exit_code(sidecar.error().code));
     if (!sidecar) {
@@ -122,9 +251,9 @@ int run(const Options& options) {
       continue;
     }
     if (options.common.format == OutputFormat::json) {
-      all.push_back(describe(path, sidecar->contents()));
+      all.push_back(describe(path, sidecar->contents(), asked));
     } else {
-      print(path, sidecar->contents(), options.sections);
+      print(path, sidecar->contents(), asked, options.sections);
     }
   }
   if (options.common.format == OutputFormat::json && options.repack.empty())
@@ -136,11 +265,25 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Shows what .vcd sidecars hold, or writes one again with another storage."};
-  app.add_option("files", options.files, "Sidecars; @FILE: a list of them")->required()->type_name("SIDECAR...");
+  CLI::App app{
+      "Shows what .vcd sidecars and demands hold, writes a sidecar again with another storage, or merges\n"
+      "demands."};
+  app.add_option("files", options.files, "Sidecars or demands; @FILE: a list of them")
+      ->required()
+      ->type_name("FILE...");
   app.add_flag("--sections", options.sections, "List the sections too");
-  app.add_option("--repack", options.repack, "Write the sidecar's content to this file, stored as --storage says")
-      ->type_name("PATH");
+  app.add_option("--asked", options.asked, "Show how much each object's cells answer of what this demand asks of it")
+      ->type_name("DEMAND");
+  auto* const repack =
+      app.add_option("--repack", options.repack, "Write the sidecar's content to this file, stored as --storage says")
+          ->type_name("PATH");
+  auto* const merge =
+      app.add_option("--merge", options.merge, "Write to this file what all these demands ask")->type_name("PATH");
+  merge->excludes(repack);
+  app.add_option("--most-segments", options.most_segments,
+                 "Of the merged demand: a sample that stands for all (default: 16777216, the most that a file holds)")
+      ->check(CLI::Range(uint64_t{1}, kMostAskedSegments))
+      ->needs(merge);
   for (const library::Setting& setting : library::settings_table())
     if (setting.name == "storage") add_setting(app, options.settings, setting);
   add_common_options(app, options.common);

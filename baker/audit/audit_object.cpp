@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 #include <vcd/format/line_cell.h>
 
@@ -26,17 +27,16 @@ Answers proven_answers_of(const ObjectRecord& record, const TreeView& tree) {
   };
 }
 
-Error wrong_proofs(const PreparedMesh& mesh, const AuditReport& report, uint64_t count) {
+}  // namespace
+
+Error wrong_proofs(const PreparedMesh& mesh, uint64_t count, std::span<const Segment> shown) {
   std::string segments;
-  for (const Contradiction& c : report.contradictions)
-    if (c.proven) segments += " --segment=" + replayable(c.segment);
+  for (const Segment& segment : shown) segments += " --segment=" + replayable(segment);
   return {ErrorCode::difference, place_of(mesh) + ": an audit found " + std::to_string(count) +
                                      " wrong proven answers, so nothing is written. This is a fault of vcd, please "
                                      "report it:" +
                                      segments};
 }
-
-}  // namespace
 
 Result<AuditReport> audit_object(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                                  const AuditOptions& options) {
@@ -44,7 +44,10 @@ Result<AuditReport> audit_object(const PreparedMesh& mesh, const ObjectRecord& r
       audit(mesh, answers_of(record, tree, Trust::statistics), proven_answers_of(record, tree), options);
   if (options.stop && options.stop()) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
   const uint64_t wrong = report.sum(false).wrong_proven + report.sum(true).wrong_proven;
-  if (wrong > 0) return wrong_proofs(mesh, report, wrong);
+  std::vector<Segment> shown;
+  for (const Contradiction& c : report.contradictions)
+    if (c.proven) shown.push_back(c.segment);
+  if (wrong > 0) return wrong_proofs(mesh, wrong, shown);
   return report;
 }
 

@@ -14,6 +14,9 @@ namespace vcd::baker {
 Result<AuditReport> audit_object(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                                  const AuditOptions& options);
 
+// The error (difference) of proven answers that are wrong. shown: some of their segments.
+Error wrong_proofs(const PreparedMesh& mesh, uint64_t count, std::span<const Segment> shown);
+
 // Writes what an audit found into the object's record.
 void record_audit(const AuditReport& report, ObjectRecord& record);
 

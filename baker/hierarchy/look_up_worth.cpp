@@ -58,38 +58,54 @@ class Steps {
   uint64_t steps_ = 0;
 };
 
-bool pays(const std::vector<Segment>& segments, const GridFrame& frame, const TreeView& tree,
+bool pays(const std::vector<AskedSegment>& segments, const GridFrame& frame, const TreeView& tree,
           const HierarchyView& hierarchy) {
-  uint64_t all = 0, left = 0;
-  for (const Segment& s : segments) {
-    const uint64_t steps = Steps(hierarchy, s).count();
-    all += steps;
-    if (classify(frame, tree, tree.shape, s) == Visibility::unclassified) left += steps;
+  double all = 0, left = 0, weights = 0;
+  for (const auto& [segment, weight] : segments) {
+    const double steps = weight * static_cast<double>(Steps(hierarchy, segment).count());
+    all += steps, weights += weight;
+    if (classify(frame, tree, tree.shape, segment) == Visibility::unclassified) left += steps;
   }
-  return static_cast<double>(left) + kLookUpSteps * static_cast<double>(segments.size()) <=
-         kWorthwhile * static_cast<double>(all);
+  return left + kLookUpSteps * weights <= kWorthwhile * all;
+}
+
+// Lines from all around, and segments of the same directions from points of the box.
+void add_any(const PreparedMesh& mesh, std::vector<AskedSegment>& outside, std::vector<AskedSegment>& inside) {
+  uint64_t counter = 0;
+  for (Segment s : audit_segments(mesh, AuditKind::chords, 1, kSegments)) {
+    outside.push_back({s, 1});
+    for (int a = 0; a < 3; ++a) {
+      const auto share = static_cast<float>(mix_bits(kGolden * ++counter) >> 40) * 0x1p-24f;
+      s.origin[a] = mesh.box_min[a] + share * (mesh.box_max[a] - mesh.box_min[a]);
+    }
+    inside.push_back({s, 1});
+  }
+}
+
+// Some of those that are asked, evenly.
+void add_asked(std::span<const AskedSegment> asked, const GridFrame& frame, std::vector<AskedSegment>& outside,
+               std::vector<AskedSegment>& inside) {
+  const size_t step = asked.size() / kSegments + 1;
+  for (size_t i = 0; i < asked.size(); i += step)
+    (asked[i].segment.t_min > locate(frame, asked[i].segment).t_entry ? inside : outside).push_back(asked[i]);
 }
 
 }  // namespace
 
 uint16_t look_up_worth(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
-                       const HierarchyView& hierarchy) {
+                       const HierarchyView& hierarchy, std::span<const AskedSegment> asked) {
   if (!hierarchy || record.method == static_cast<uint8_t>(Method::none)) return 0;
   const GridFrame frame = make_grid_frame(record.box_min, record.box_max);
   TreeView trusted = tree;  // as renderers do unless they are told otherwise
   trusted.answers = answer_table(
       record.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs, classes_in(record));
-  std::vector<Segment> segments = audit_segments(mesh, AuditKind::chords, 1, kSegments);
-  uint16_t flags = pays(segments, frame, trusted, hierarchy) ? kLookUpFromOutside : 0;
-  // The same directions, from points of the box.
-  uint64_t counter = 0;
-  for (Segment& s : segments)
-    for (int a = 0; a < 3; ++a) {
-      const auto share = static_cast<float>(mix_bits(kGolden * ++counter) >> 40) * 0x1p-24f;
-      s.origin[a] = record.box_min[a] + share * (record.box_max[a] - record.box_min[a]);
-    }
-  if (pays(segments, frame, trusted, hierarchy)) flags |= kLookUpFromInside;
-  return flags;
+  std::vector<AskedSegment> outside, inside;
+  if (asked.empty()) add_any(mesh, outside, inside);
+  else add_asked(asked, frame, outside, inside);
+  const auto flag = [&](uint16_t bit, const std::vector<AskedSegment>& segments) {
+    return !segments.empty() && pays(segments, frame, trusted, hierarchy) ? bit : uint16_t{0};
+  };
+  return static_cast<uint16_t>(flag(kLookUpFromOutside, outside) | flag(kLookUpFromInside, inside));
 }
 
 }  // namespace vcd::baker

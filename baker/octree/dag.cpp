@@ -38,7 +38,14 @@ DagBuilder::DagBuilder(uint32_t depth) : depth_(depth), shape_(tree_shape(depth)
 
 uint32_t DagBuilder::intern_brick(const Subtree& subtree, uint32_t brick) {
   const uint32_t value = subtree.bricks[brick];
-  return value < kDeeper ? value : bricks_.intern(subtree.words[value - kDeeper].data());
+  if (value < kUniformBlocks) return value;
+  if (value != kStatisticallyBlocked) return bricks_.intern(subtree.words[value - kDeeper].data());
+  constexpr BrickWords kAllStatisticallyBlocked = [] {  // the one class that has no uniform block of its own
+    BrickWords words{};
+    for (uint32_t& word : words) word = 0xFFFFFFFF;
+    return words;
+  }();
+  return bricks_.intern(kAllStatisticallyBlocked.data());
 }
 
 uint32_t DagBuilder::intern_block16(const Subtree& subtree, uint32_t first) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include <vcd/runtime/from_c.h>
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
 #include <vcd/runtime/vcd.h>
@@ -23,8 +24,6 @@ struct vcd_scene {
   vcd::Scene scene;
 };
 
-static_assert(sizeof(vcd_segment) == sizeof(vcd::Segment) &&
-              offsetof(vcd_segment, t_max) == offsetof(vcd::Segment, t_max));
 static_assert(sizeof(vcd::Visibility) == 1);
 static_assert(static_cast<int>(vcd::From::outside) == VCD_FROM_OUTSIDE &&
               static_cast<int>(vcd::From::inside) == VCD_FROM_INSIDE &&
@@ -35,24 +34,10 @@ static_assert(static_cast<int>(vcd::InstanceUse::asked) == VCD_INSTANCE_ASKED &&
 
 namespace {
 
-// All structs have their first version. One that grows needs a copy here that is zero beyond the caller's size.
-template <class Struct>
-size_t size_of(const Struct& s) {
-  return s.size == 0 ? sizeof(Struct) : s.size;
-}
-template <class Struct>
-bool is_whole(const Struct& s) {
-  return size_of(s) >= sizeof(Struct);
-}
-
-vcd_result fail(vcd_error* error, vcd_result result, const std::string& message) {
-  if (error && size_of(*error) > offsetof(vcd_error, message)) {
-    const size_t room = size_of(*error) - offsetof(vcd_error, message) - 1;
-    const size_t length = message.copy(error->message, room);
-    error->message[length] = '\0';
-  }
-  return result;
-}
+using vcd::in_c::fail;
+using vcd::in_c::is_whole;
+using vcd::in_c::size_of;
+using vcd::in_c::translate;
 
 vcd::OpenOptions translate(const vcd_open_options* options) {
   vcd::OpenOptions result;
@@ -102,41 +87,6 @@ vcd::SceneInstance translate(const vcd_instance& from) {
   }
   instance.mask = mask_of(from.mask);
   return instance;
-}
-
-vcd::QuadBundle translate(const vcd_quad_bundle& b) {
-  assert(is_whole(b));
-  vcd::QuadBundle bundle{};
-  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
-  std::memcpy(bundle.corner, b.corner, sizeof bundle.corner);
-  std::memcpy(bundle.edge_u, b.edge_u, sizeof bundle.edge_u);
-  std::memcpy(bundle.edge_v, b.edge_v, sizeof bundle.edge_v);
-  bundle.u = {b.u, b.count}, bundle.v = {b.v, b.count};
-  return bundle;
-}
-
-vcd::SphereBundle translate(const vcd_sphere_bundle& b) {
-  assert(is_whole(b));
-  vcd::SphereBundle bundle{};
-  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
-  std::memcpy(bundle.centre, b.centre, sizeof bundle.centre);
-  bundle.radius = b.radius;
-  bundle.x = {b.x, b.count}, bundle.y = {b.y, b.count}, bundle.z = {b.z, b.count};
-  return bundle;
-}
-
-vcd::PointBundle translate(const vcd_point_bundle& b) {
-  assert(is_whole(b));
-  vcd::PointBundle bundle{};
-  std::memcpy(bundle.origin, b.origin, sizeof bundle.origin);
-  bundle.x = {b.x, b.count}, bundle.y = {b.y, b.count}, bundle.z = {b.z, b.count};
-  return bundle;
-}
-
-vcd::Segment translate(const vcd_segment& from) {
-  vcd::Segment segment;
-  std::memcpy(&segment, &from, sizeof segment);
-  return segment;
 }
 
 template <class Bundle>
@@ -265,10 +215,8 @@ void vcd_classify_array(const vcd_object* object, const vcd_segment* segments, s
 }
 
 void vcd_classify_arrays(const vcd_object* object, const vcd_segment_arrays* segments, uint8_t* answers) {
-  const auto& [origin, t_min, direction, t_max, count] = *segments;
-  object->object.classify(
-      {{origin[0], origin[1], origin[2]}, t_min, {direction[0], direction[1], direction[2]}, t_max, count},
-      std::span(reinterpret_cast<vcd::Visibility*>(answers), count));
+  object->object.classify(translate(*segments),
+                          std::span(reinterpret_cast<vcd::Visibility*>(answers), segments->count));
 }
 
 void vcd_classify_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint64_t* blocked,

@@ -15,6 +15,7 @@ namespace {
 std::string other_text(const Setting& setting) {
   if (setting.form == Setting::Form::flag) return "true";
   if (setting.form == Setting::Form::point) return "1,2.5,-3e10";
+  if (setting.form == Setting::Form::file) return VCD_GOLDEN_DIR "/example.vcd";
   if (!setting.words.empty()) return std::string(setting.words[2 % setting.words.size()].text);
   return "17";
 }

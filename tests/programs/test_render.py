@@ -52,6 +52,20 @@ class Render(Case):
         self.assertLessEqual(vcd["resolved"], vcd["shadow_segments"])
         self.assertGreaterEqual(report["difference"]["maximum"], report["difference"]["rmse"])
 
+    def test_what_is_recorded_can_be_baked_for(self):
+        self.render(self.leaves, "--shadows", "bvh", "-q", "--record", "leaves.demand", "--seed", 7)
+        done = self.run_program("vc-bake", self.leaves, "--for", self.folder / "leaves.demand", "--audit", 3000)
+        self.assertRegex(done.stdout, r"of what was kept out of the bake answered: \d+ segments, 0 wrong")
+        self.render(self.leaves, "--shadows", "both", "-q", "--record", "again.demand", "-o", "both")
+        asked = json.loads(self.run_program("vc-info", "leaves.obj.vcd", "--asked", "again.demand", "--format", "json", cwd=self.folder).stdout)
+        self.assertGreater(asked["files"][0]["objects"][0]["asked"]["answered"], 0.5)
+        self.render("forest", "--instances", "5", "--species", "2", "--leaves", "40", "--shadows", "bvh", "-q", "--record", "forest.demand",
+                    "--most-recorded", 100, "-j", 1)
+        recorded = json.loads(self.run_program("vc-info", "forest.demand", "--format", "json", cwd=self.folder).stdout)["files"][0]["demand"]
+        self.assertGreaterEqual(len(recorded), 2)
+        self.assertLess(sum(entry["segments"] for entry in recorded), 1000)
+        self.render(self.leaves, "--shadows", "bvh", "--record", "leaves.obj", code=1)
+
     def test_same_picture_for_any_number_of_threads(self):
         for threads in (1, 3):
             self.render("forest", "--instances", "5", "--species", "2", "--leaves", "40", "--shadows", "bvh", "-q", "-j", threads, "-o", f"t{threads}")

@@ -13,6 +13,7 @@ LAYERS = {
     "format": ({}, {"xxhash.h", "zstd.h"}),
     "writer": ({"format"}, {"xxhash.h", "zstd.h"}),
     "runtime": ({"format"}, {"hwy"}),
+    "recorder": ({"format", "writer", "runtime"}, set()),
     "baker": ({"format", "writer", "baker/ingest"},
               {"embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
     "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "xxhash.h"}),
@@ -22,21 +23,21 @@ LAYERS = {
                      {"nlohmann", "pugixml.hpp", "tbb"}),
     "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
     "tools/lab/scenes": ({}, {"nlohmann"}),
-    "tools/lab/render": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes"},
+    "tools/lab/render": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
-    "tools/lab/bench": ({"format", "writer", "runtime", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render"},
+    "tools/lab/bench": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render"},
                         {"CLI", "embree3", "nlohmann"}),
     # Programs and what else a program alone needs: everything below them, but nothing of the lab.
     "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify", "tools/bake"},
               {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),
-    "tools/lab": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/bake",
+    "tools/lab": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/library", "tools/bake",
                    "tools/lab/scenes", "tools/lab/render", "tools/lab/bench"}, {"CLI", "embree3", "nlohmann"}),
 }
 # Public headers that name no foreign library at all: programs of others include them.
-CLEAN_HEADERS = ("format/include", "writer/include", "runtime/include", "tools/library/include", "tools/verify/include")
+CLEAN_HEADERS = ("format/include", "writer/include", "runtime/include", "recorder/include", "tools/library/include", "tools/verify/include")
 # Where an include in quotes or of <vcd/...> may lie, besides beside the file.
-ROOTS = ["format/include", "format/src", "writer/include", "writer/src", "runtime/include", "runtime/src",
+ROOTS = ["format/include", "format/src", "writer/include", "writer/src", "runtime/include", "runtime/src", "recorder/include",
          "baker/include", "baker", "tools/library/include", "tools/verify/include", "tools/lab/scenes/include",
          "tools/lab/scenes", "tools", "tools/lab"]
 SYSTEM = re.compile(r"[a-z_0-9]+|(sys|linux)/[a-z_]+\.h|(dirent|errno|fcntl|fnmatch|poll|pthread|sched|signal|spawn|"

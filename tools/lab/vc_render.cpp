@@ -5,6 +5,8 @@
 #include <random>
 #include <set>
 
+#include <vcd/writer/demand.h>
+
 #include "bake/options.h"
 #include "common/describe.h"
 #include "common/program.h"
@@ -12,6 +14,7 @@
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
+#include "render/recorded.h"
 #include "render/recording.h"
 #include "render/renderer.h"
 #include "render/scene_source.h"
@@ -37,7 +40,8 @@ struct Options {
   std::vector<std::string> views = {"shaded"};
   std::vector<std::string> sidecars;
   library::BakeSettings settings{.depth = 5};
-  std::string output;
+  std::string output, record;
+  size_t most_recorded = Recorder::kDefaultMost;
   bool exr = false;
   double exposure = 1, amplify = 20;
 
@@ -160,12 +164,33 @@ class Program {
     return render::render(*world_, options_.render, make_caster, hooks);
   }
 
+  // Of the first variant: the others ask the same.
+  Result<std::optional<Recorder>> recorder_if_asked() const {
+    if (options_.record.empty() || !variants_.empty()) return std::optional<Recorder>();
+    auto recorder = recorder_of(*world_, options_.most_recorded);
+    if (!recorder) return recorder.error();
+    return std::optional<Recorder>(std::move(*recorder));
+  }
+  std::optional<Error> write_recorded(const Recorder& recorder) {
+    const auto written = write_demand(options_.record, recorder.demand());
+    if (!written) return written.error();
+    files_.push_back(options_.record);
+    return std::nullopt;
+  }
+
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
     variant.ways =
         fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
-    auto rendered = render_with(name, [&] { return caster(name, variant.ways); });
+    auto recorder = recorder_if_asked();
+    if (!recorder) return recorder.error();
+    auto rendered = render_with(name, [&]() -> std::unique_ptr<ShadowCaster> {
+      if (!*recorder) return caster(name, variant.ways);
+      return std::make_unique<RecordedShadows>(caster(name, variant.ways), (*recorder)->thread());
+    });
     if (!rendered) return rendered.error();
+    if (*recorder)
+      if (auto error = write_recorded(**recorder)) return error;
     variant.rendered = std::move(*rendered);
     if (counter_) {
       Census census(*world_, name == "bvh" ? std::vector<Object>{} : sidecars_->objects, *counter_, EmbreeQuery{1},
@@ -303,6 +328,8 @@ std::string check(Options& options) {
     return "the view difference needs --shadows both";
   if (options.wants("fallback") && options.shadows == Shadows::bvh)
     return "the view fallback needs --shadows vcd or both";
+  if (!options.record.empty() && !library::may_be_written(options.record))
+    return "--record " + options.record + ": is named like a mesh or a sidecar";
   const fs::path folder = fs::path(options.output).parent_path();
   if (!folder.empty() && !fs::is_directory(folder)) return options.output + ": its folder does not exist";
   return {};
@@ -349,6 +376,11 @@ int main(int argc, char** argv) {
                  "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else one is baked on the spot)")
       ->allow_extra_args(false)
       ->type_name("SIDECAR");
+  app.add_option("--record", options.record,
+                 "Write the shadow rays, or an even sample of them, as a demand: for vc-bake --for")
+      ->type_name("FILE");
+  app.add_option("--most-recorded", options.most_recorded, "Shadow rays that each thread records (default: 262144)")
+      ->check(CLI::Range(size_t{1}, size_t{1} << 24));
   app.add_option("-d,--depth", options.settings.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
       ->check(CLI::Range(1, 8));
   for (const library::Setting& setting : library::settings_table())

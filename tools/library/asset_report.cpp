@@ -51,6 +51,23 @@ std::string baked_lines(const BakedObject& object, uint64_t file_bytes) {
          readable_count(static_cast<double>(object.rays) / object.seconds) + " rays/s\n";
 }
 
+Json describe_demand(const DemandReport& report) {
+  return {{"kept_out", report.segments}, {"kept_out_weight", report.weight},
+          {"answered", report.share()},  {"answered_segments", report.answered},
+          {"wrong", report.wrong},       {"wrong_rate_bound_95", upper_bound_95(report.wrong, report.answered)}};
+}
+
+std::string demand_summary(const DemandReport& report) {
+  if (report.segments == 0) return "  demand    too few segments to keep some out: the share answered is not known\n";
+  char text[160];
+  std::snprintf(
+      text, sizeof text,
+      "  demand    %s of what was kept out of the bake answered: %llu segments, %llu wrong (95 %% bound %.2g)\n",
+      percent(report.share()).c_str(), static_cast<unsigned long long>(report.segments),
+      static_cast<unsigned long long>(report.wrong), upper_bound_95(report.wrong, report.answered));
+  return text;
+}
+
 }  // namespace
 
 std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<std::string>& notes,
@@ -65,6 +82,7 @@ std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<s
     entry["duplicate_triangles"] = object.duplicate_triangles;
     entry["zero_area_triangles"] = object.zero_area_triangles;
     entry["reused"] = object.known.has_value();
+    entry["demand"] = object.demand ? describe_demand(*object.demand) : Json(nullptr);
     entry["plan"] = nullptr;
     if (!object.known) {
       if (object.baked.plan) entry["plan"] = describe_plan(*object.baked.plan);
@@ -88,6 +106,7 @@ std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<
     if (object.duplicate_triangles || object.zero_area_triangles)
       text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
               std::to_string(object.zero_area_triangles) + " zero-area triangles\n";
+    if (object.demand) text += demand_summary(*object.demand);
     text += object.known ? "  baked     before: its geometry and settings are the same\n"
                          : baked_lines(object.baked, bytes);
   }

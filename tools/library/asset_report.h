@@ -14,7 +14,8 @@ namespace vcd::library {
 struct FinishedObject {
   uint64_t duplicate_triangles = 0, zero_area_triangles = 0;  // dropped while welding
   std::optional<CachedObject> known = {};
-  baker::BakedObject baked = {};  // where it was not known
+  baker::BakedObject baked = {};                   // where it was not known
+  std::optional<baker::DemandReport> demand = {};  // where it was baked for one
 
   ObjectToWrite to_write() const { return known ? known->to_write() : baked.to_write(); }
 };

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <climits>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include <vcd/format/layout.h>
@@ -47,6 +48,7 @@ class AssetBake {
   Result<BakedAsset> run() {
     if (auto unwritable = check_output(asset_.output)) return *std::move(unwritable);
     context_.on_stage("reading");
+    if (auto unusable = read_demand_if_asked()) return *std::move(unusable);
     auto file = MeshFile::read(asset_.input, asset_.settings.ingest_options(), context_.ingest);
     if (!file) return file.error();
     while (const auto mesh = next(*file)) {
@@ -55,6 +57,9 @@ class AssetBake {
       objects_.push_back(std::move(*object));
     }
     if (auto unusable = file->fault()) return *std::move(unusable);
+    if (demand_ && !asked_any_)
+      return Error{ErrorCode::usage, shown(asset_.settings.demand.path) + ": asks nothing of " + shown(asset_.input) +
+                                         ": it was made for other meshes, or for another version of these"};
     if (auto changed = changed_source(file->sources()))
       return fault(ErrorCode::io, *changed + " changed while it was baked; bake it again");
     notes_.insert(notes_.begin(), file->notes().begin(), file->notes().end());
@@ -63,6 +68,29 @@ class AssetBake {
 
  private:
   Error fault(ErrorCode code, const std::string& reason) const { return {code, asset_.input.string() + ": " + reason}; }
+
+  std::optional<Error> read_demand_if_asked() {
+    const DemandFile& demand = asset_.settings.demand;
+    if (demand.path.empty()) return std::nullopt;
+    auto read = read_demand(demand.path);
+    if (!read) return read.error();
+    if (const auto hash = hash_file(demand.path); !hash || hex(*hash) != demand.hash)
+      return Error{ErrorCode::io, shown(demand.path) + ": changed since the run began; bake again"};
+    demand_ = std::move(*read);
+    return std::nullopt;
+  }
+
+  // What the demand asks of the mesh: nothing of some of a file's meshes is no error.
+  std::span<const AskedSegment> asked_of(const PreparedMesh& mesh) {
+    if (!demand_) return {};
+    const auto found = demand_->find(mesh.geometry_hash);
+    if (found == demand_->end()) {
+      notes_.push_back("object " + std::to_string(mesh.source_index) + " has no cells: the demand asks nothing of it");
+      return {};
+    }
+    asked_any_ = true;
+    return found->second;
+  }
 
   std::optional<PreparedMesh> next(MeshFile& file) {
     context_.on_stage("preparing");
@@ -75,10 +103,13 @@ class AssetBake {
       left_out_ += std::to_string(mesh.source_index) + " not-opaque=" + std::to_string(mesh.left_out.not_opaque) +
                    " deforming=" + std::to_string(mesh.left_out.deforming) + "\n";
     FinishedObject finished{mesh.duplicate_triangles, mesh.zero_area_triangles};
+    const std::span<const AskedSegment> asked = asked_of(mesh);
     if (context_.reuse) finished.known = find_in_sidecar(asset_.output, mesh, asset_.settings);
     if (!finished.known) finished.known = cache_.find(mesh, asset_.settings);
-    if (finished.known) return finished;
+    if (finished.known) return judged(std::move(finished), mesh, asked);
     BakeOptions options = asset_.settings.bake_options();
+    if (!asked.empty()) options.demand = &*demand_;
+    else if (demand_) options.method = Method::none;
     options.threads = context_.threads;
     options.progress = context_.on_progress;
     options.on_pass = [&](BakePass pass) {
@@ -92,8 +123,20 @@ class AssetBake {
                        " has no hierarchy: " + baked->without_hierarchy);
     if (const auto unkept = cache_.keep(mesh, asset_.settings, baked->to_write()))
       notes_.push_back("not kept in the cache: " + unkept->message);
+    finished.demand = baked->demand;
     finished.baked = std::move(*baked);
     return finished;
+  }
+
+  // With what its cells answer of the demand.
+  Result<FinishedObject> judged(FinishedObject&& finished, const PreparedMesh& mesh,
+                                std::span<const AskedSegment> asked) const {
+    if (asked.empty()) return std::move(finished);
+    const ObjectToWrite object = finished.to_write();
+    auto report = judge_demand(mesh, object.record, finished.known->tree(), asked);
+    if (!report) return report.error();
+    finished.demand = *report;
+    return std::move(finished);
   }
 
   // The first file that no longer is what was read.
@@ -109,7 +152,10 @@ class AssetBake {
     context_.on_stage("writing");
     SidecarToWrite sidecar;
     sidecar.storage = asset_.settings.storage;
-    sidecar.provenance = provenance_of(asset_, sources, left_out_);
+    std::string answered;
+    for (const FinishedObject& object : objects_)
+      if (object.demand) answered += demand_line(object.to_write().record.source_index, *object.demand);
+    sidecar.provenance = provenance_of(asset_, sources, left_out_, answered);
     for (const FinishedObject& object : objects_) sidecar.objects.push_back(object.to_write());
     std::error_code error;
     if (asset_.output.has_parent_path()) fs::create_directories(asset_.output.parent_path(), error);
@@ -131,6 +177,8 @@ class AssetBake {
   std::vector<FinishedObject> objects_;
   std::vector<std::string> notes_;
   std::string left_out_;
+  std::optional<Demand> demand_;
+  bool asked_any_ = false;  // of the meshes so far
 };
 
 }  // namespace

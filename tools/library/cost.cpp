@@ -74,13 +74,16 @@ Cost guess_cost(const Asset& asset) {
   const BakeOptions options = asset.settings.bake_options();
   // Without a depth: most end at 5, by the default budget of bytes; those of few triangles at none, and that at once.
   constexpr double kFew = 64;
-  const uint32_t depth = options.depth ? options.depth : of_one < kFew ? 0 : 5;
+  // For a demand some cells are deep, and most are coarse: about as much as all at 5.
+  const bool by_demand = !asset.settings.demand.path.empty();
+  const uint32_t depth = options.depth && !by_demand ? options.depth : of_one < kFew ? 0 : 5;
   double bake = bake_seconds(depth, of_one);
   if (options.budget_seconds > 0) bake = std::min(bake, options.budget_seconds);
   const double audit = static_cast<double>(asset.settings.audit_lines) * 0.55e-6;
   const double tree_bytes = std::min(15 * std::pow(16.0, depth) / 4, 4e9);
   return {0.02 + 2.5e-6 * triangles + objects * (bake + audit),
-          static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes)};
+          static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes +
+                                (by_demand ? 4 * size_of(asset.settings.demand.path) : 0))};
 }
 
 }  // namespace vcd::library

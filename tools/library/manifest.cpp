@@ -1,5 +1,7 @@
 #include <vcd/library/manifest.h>
 
+#include <algorithm>
+
 #include <vcd/baker/source.h>
 
 #include <vcd/library/assets.h>
@@ -59,12 +61,20 @@ class Manifest {
     return std::nullopt;
   }
 
+  static bool is_file(const std::string& name) {
+    return std::ranges::any_of(settings_table(), [&](const Setting& setting) {
+      return setting.name == name && setting.form == Setting::Form::file;
+    });
+  }
+
   std::optional<Error> change(BakeSettings& settings, const Json& members, const std::string& place) const {
     if (!members.is_object()) return fault(place, "settings: not an object");
     for (const auto& [name, value] : members.items()) {
       if (!value.is_primitive() || value.is_null())
         return fault(place, "settings: " + name + ": not a number, text, true or false");
-      const auto wrong = set(settings, name, value.is_string() ? value.get<std::string>() : value.dump());
+      std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+      if (is_file(name)) text = beside(text).string();
+      const auto wrong = set(settings, name, text);
       if (wrong) return fault(place, "settings: " + wrong->message);
     }
     return std::nullopt;
@@ -105,9 +115,12 @@ std::string manifest_of(const std::vector<Asset>& assets) {
   Json json{{"vcd_manifest", kManifestVersion}, {"assets", Json::array()}};
   for (const Asset& asset : assets) {
     std::error_code ignored;
+    Json settings = Json::parse(settings_text(asset.settings, Scope::file));
+    if (!asset.settings.demand.path.empty())
+      settings["for"] = fs::absolute(asset.settings.demand.path, ignored).string();
     json["assets"].push_back({{"input", path_to_json(fs::absolute(asset.input, ignored))},
                               {"output", path_to_json(fs::absolute(asset.output, ignored))},
-                              {"settings", Json::parse(settings_text(asset.settings, Scope::file))}});
+                              {"settings", std::move(settings)}});
   }
   return json_text(json, 1) + "\n";
 }

@@ -61,16 +61,25 @@ std::string_view provenance_value(const SidecarContents& sidecar, std::string_vi
 }
 
 std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources,
-                                                 const std::string& left_out) {
+                                                 const std::string& left_out, const std::string& demand) {
   std::map<std::string, std::string> pairs = {{"baker", baker_text()},
                                               {"parts", asset.settings.all_as_opaque ? "all, as opaque" : "opaque"},
                                               {"settings", settings_text(asset.settings, Scope::asset)},
                                               {"source", shown(asset.input.filename())}};
   if (!left_out.empty()) pairs["left-out"] = left_out;
+  if (!demand.empty()) pairs["demand"] = demand;
   if (!sources.empty()) pairs["source-xxh3"] = hex(sources[0].hash);
   for (size_t i = 1; i < sources.size(); ++i)
     pairs["dependencies"] += hex(sources[i].hash) + " " + escaped(sources[i].name) + "\n";
   return pairs;
+}
+
+std::string demand_line(uint32_t source_index, const DemandReport& report) {
+  char line[128];
+  std::snprintf(line, sizeof line, "%u kept-out=%llu answered=%.6f wrong=%llu\n", source_index,
+                static_cast<unsigned long long>(report.segments), report.share(),
+                static_cast<unsigned long long>(report.wrong));
+  return line;
 }
 
 std::vector<SourceFile> dependencies_of(const SidecarContents& sidecar) {

@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include <vcd/baker/source.h>
+
 #include "common/describe.h"
 #include "common/meshes.h"
 
@@ -74,6 +76,15 @@ constexpr Setting kSettings[] = {
              "unclassified, so the\nresult depends on the machine (default: none)",
      .least = 0.1,
      .most = 1e9,
+     .zero_is_none = true},
+    {.name = "for",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::file,
+     .member = &BakeSettings::demand,
+     .help = "Bake for this demand: deep where a scene's rays go, best first, until a budget ends it; as coarse as the "
+             "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes, and "
+             "--budget-mb is 8 by default",
      .zero_is_none = true},
     {.name = "seed",
      .letter = 0,
@@ -173,6 +184,10 @@ bool take(const Setting& setting, std::string_view text, T& value) {
   if constexpr (std::is_same_v<T, bool>) {
     if (text != "true" && text != "false") return false;
     value = text == "true";
+  } else if constexpr (std::is_same_v<T, DemandFile>) {
+    const auto hash = hash_file(text);
+    if (!hash) return false;
+    value = {text, hex(*hash)};
   } else if constexpr (std::is_same_v<T, Point>) {
     const auto point = parse_shift(text);
     if (!point) return false;
@@ -193,8 +208,10 @@ bool take(const Setting& setting, std::string_view text, T& value) {
 
 bool is_zero(auto value) { return !(static_cast<double>(value) > 0); }
 bool is_zero(const Point& value) { return value == Point{}; }
+bool is_zero(const DemandFile& value) { return value.path.empty(); }
 
 Json json_of(const Setting&, const Point& value) { return shift_text(value); }
+Json json_of(const Setting&, const DemandFile& value) { return value.hash; }
 
 template <class T>
 Json json_of(const Setting& setting, T value) {
@@ -243,6 +260,7 @@ std::string values_of(const Setting& setting) {
   for (const Word& word : setting.words) text += (text.empty() ? "" : "|") + std::string(word.text);
   if (!text.empty()) return text;
   if (setting.form == Form::point) return "X,Y,Z";
+  if (setting.form == Form::file) return "FILE";
   return setting.form == Form::flag ? "true|false" : "NUMBER" + range_of(setting);
 }
 
@@ -255,6 +273,7 @@ std::optional<Error> set(BakeSettings& settings, std::string_view name, std::str
   const bool is_number = setting->words.empty() && setting->form == Form::number;
   const std::string wanted = is_number                      ? "a number" + range_of(*setting)
                              : setting->form == Form::point ? "three numbers x,y,z"
+                             : setting->form == Form::file  ? "a file that can be read"
                                                             : values_of(*setting);
   return Error{ErrorCode::usage, std::string(name) + ": " + std::string(text) + " is not " + wanted};
 }

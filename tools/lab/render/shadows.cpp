@@ -1,4 +1,4 @@
-#include "shadows.h"
+#include "recorded.h"
 
 #include <algorithm>
 #include <bit>
@@ -46,6 +46,19 @@ Scene scene_of(const World& world, std::span<const Object> objects) {
   auto scene = Scene::build(instances);
   if (!scene) throw std::runtime_error(scene.error().message);
   return std::move(*scene);
+}
+
+Result<Recorder> recorder_of(const World& world, size_t most) {
+  std::vector<RecordedInstance> instances;
+  for (const WorldInstance& instance : world.instances) {
+    const PreparedMesh& mesh = world.objects[instance.object].mesh;
+    // A single object is asked in its own frame.
+    const Transform to_world = world.single() ? transform_of(Affine{}) : transform_of(instance.to_world);
+    instances.push_back({mesh.geometry_hash, {std::nullopt, {}, {}, to_world}});
+    std::ranges::copy(mesh.box_min, instances.back().place.box_min);
+    std::ranges::copy(mesh.box_max, instances.back().place.box_max);
+  }
+  return Recorder::build(instances, most);
 }
 
 // A bundle has one origin: a query's origins are one.

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include <vcd/baker/audit.h>
+#include <vcd/baker/demand.h>
 #include <vcd/baker/mesh.h>
 #include <vcd/baker/plan.h>
 #include <vcd/baker/prepare.h>
@@ -23,6 +24,7 @@ enum class BakePass : uint8_t {
   hierarchy,   // boxes over the triangles, for what the cells leave unclassified
   trace,       // the mesh in grid units, Embree's hierarchy over it, and the classifier
   plan,        // picks the depth
+  divide,      // chooses the cells to divide, best first; for a demand only
   classify,    // asks the class of every cell, and stores equal blocks once
   demote,      // gives up classes until the tree fits the budget of bytes
   clearances,  // measures the empty space below the box's faces
@@ -30,23 +32,29 @@ enum class BakePass : uint8_t {
 };
 
 struct BakeProgress {
-  double fraction;  // of the pass `classify`, 0 … 1
+  double fraction;  // of the pass `divide` or `classify`, 0 … 1
   uint64_t rays;    // traced so far
   double seconds;   // since that pass began
 };
 
 struct BakeOptions {
   Method method = Method::hybrid;  // none: no cell is classified, and the file says that a sidecar would not pay
-  uint32_t depth = 5;              // 1 … 8; 0: plan() picks it, and whether to bake at all
+  // 1 … 8; 0: plan() picks it, and whether to bake at all. For a demand the deepest level, 2 … 8; 0: by what is
+  // asked and the budget of bytes.
+  uint32_t depth = 5;
   // sampled: rays a cell, 16, 81 or 256. hybrid: of a cell of the statistical tier, 81 or 256. 0: 256, but 81 for
   // hybrid where proofs of blocked hardly ever succeed, as in foliage.
   uint32_t samples = 0;
   uint64_t seed = 0;
-  unsigned threads = 0;       // 0: all
-  uint64_t budget_bytes = 0;  // of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan()
+  unsigned threads = 0;  // 0: all
+  // Of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan(), kDemandBudgetBytes for a demand.
+  uint64_t budget_bytes = 0;
   // From the call of bake() to the written file, on a quiet machine; 0: none. A quarter is kept for audit and writing.
   // When the rest is over, the cells that have no class yet are left unclassified.
   double budget_seconds = 0;
+  // Looks where the segments of this mesh go (all but those that are kept out), best first, as long as the budgets
+  // last; what nobody asks for stays as coarse as the top table. Outlives the bake. Null: everywhere.
+  const Demand* demand = nullptr;
   bool hierarchy = true;  // it takes its bytes of the budget first; left out where it would take more than half
   bool embed_geometry = false;
   uint64_t audit_lines = 0;  // that the audit asks; 0: no audit
@@ -64,6 +72,7 @@ inline constexpr uint64_t kQuickAuditLines = 50'000;
 inline constexpr unsigned kBakeRevision = 4;
 
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
+inline constexpr uint64_t kDemandBudgetBytes = uint64_t{8} << 20;
 
 // One baked object. One that was moved from, or made without arrays, can only be assigned to or destroyed.
 class BakedObject {
@@ -82,6 +91,7 @@ class BakedObject {
   std::string name;
   ObjectRecord record{};
   std::optional<Plan> plan;            // if the depth was left to it
+  std::optional<DemandReport> demand;  // if it was baked for one; no proof was wrong
   std::optional<AuditReport> audit;    // if one was asked for and the object answers anything; no proof was wrong
   uint64_t rays = 0;                   // traced to classify cells
   double seconds = 0;                  // of the passes classify, demote and clearances
@@ -104,7 +114,8 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
 // Bakes one object. Without a budget of seconds, the same geometry and options give the same tree and record, whatever
 // the number of threads, the order of vertices and triangles, or the file they came from.
 //
-// Errors: usage (an option out of range, or a budget of bytes too small for the depth); difference (the audit found a
+// Errors: usage (an option out of range, a budget of bytes too small for the depth, or a demand that asks nothing of
+// the mesh); difference (the audit found a
 // wrong proof: a fault of vcd, and the message holds lines that show it); runtime (out of memory, or stopped).
 // Safe from any thread. Exceptions of the callbacks pass through.
 Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,14 @@
 
 namespace vcd::library {
 
+// A demand that a bake is for. Its content counts, not its name.
+struct DemandFile {
+  std::filesystem::path path;  // empty: none
+  std::string hash;            // of the content when the setting was set, hexadecimal
+
+  bool operator==(const DemandFile&) const = default;
+};
+
 // Each member has an entry in settings_table(): a forgotten one does not compile.
 struct BakeSettings {
   uint32_t depth = 0;  // 1 to 8; 0: the deepest that pays
@@ -21,6 +30,7 @@ struct BakeSettings {
   uint32_t samples = 0;       // 0: the method's own number
   double budget_mb = 0;       // MiB; 0: none
   double budget_seconds = 0;  // 0: none
+  DemandFile demand = {};
   uint64_t seed = 0;
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
@@ -33,7 +43,8 @@ struct BakeSettings {
 
   bool operator==(const BakeSettings&) const = default;
 
-  baker::BakeOptions bake_options() const;  // threads, progress and stop are the caller's
+  // Threads, progress and stop are the caller's, and so is the demand: read_demand() of its file.
+  baker::BakeOptions bake_options() const;
   IngestOptions ingest_options() const;
 };
 
@@ -43,14 +54,15 @@ enum class Scope : uint8_t { object, asset, file };
 
 // One setting: an option of the programs, a member of a manifest, a member of the sidecar's provenance.
 struct Setting {
-  enum class Form : uint8_t { flag, number, word, point };  // as JSON: true or false, a number, a text, a text "x,y,z"
+  // As JSON: true or false, a number, a text, a text "x,y,z", a path.
+  enum class Form : uint8_t { flag, number, word, point, file };
   struct Word {
     std::string_view text;
     uint64_t value;
   };
-  using Member =
-      std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*, double BakeSettings::*,
-                   Method BakeSettings::*, Storage BakeSettings::*, std::array<double, 3> BakeSettings::*>;
+  using Member = std::variant<bool BakeSettings::*, uint32_t BakeSettings::*, uint64_t BakeSettings::*,
+                              double BakeSettings::*, Method BakeSettings::*, Storage BakeSettings::*,
+                              std::array<double, 3> BakeSettings::*, DemandFile BakeSettings::*>;
 
   std::string_view name;  // "budget-mb": --budget-mb, "budget-mb": …
   char letter;            // of the option; 0: none
@@ -71,7 +83,7 @@ std::string values_of(const Setting& setting);
 // says what it takes; then `settings` is unchanged.
 std::optional<Error> set(BakeSettings& settings, std::string_view name, std::string_view text);
 
-// The settings of this scope and below as a JSON object, the same text for the same settings.
+// The settings of this scope and below as a JSON object, the same text for the same settings. A demand is its hash.
 std::string settings_text(const BakeSettings& settings, Scope scope);
 
 }  // namespace vcd::library

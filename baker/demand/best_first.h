@@ -1,0 +1,42 @@
+// Which cells to divide for a demand: those first whose division is worth most.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include "classify/cell_classifier.h"
+#include "demand/asked_lines.h"
+#include "demand/divided_cells.h"
+
+namespace vcd::baker {
+
+struct BestFirstOptions {
+  uint32_t depth;         // 2 to 8; 0: pick_depth()
+  uint64_t budget_bytes;  // of the tree
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
+  std::function<bool()> stop = {};
+  std::function<void(double fraction, uint64_t rays)> progress = {};  // of the budgets; from one thread
+};
+
+struct BestFirst {
+  uint32_t depth;
+  DividedCells cells;
+  uint64_t rays = 0;
+  bool out_of_time = false;
+};
+
+// Classifies the cells of the top table. Then divides cells that lines are asked of and that their class does not
+// answer, as long as the budgets last and they are worth their bytes. The next is
+// always the one of most asked weight for a byte of its block; where there is a deadline, for its share of the bytes
+// and of the time, by the mean of such blocks so far. All cells of a block are classified, asked or not: their bytes
+// are paid. Some of the weight goes to cells without a line, which the next picture may ask.
+//
+// The tree of the divided cells takes at most budget_bytes. Without a deadline, the same lines and options give the
+// same cells for any number of threads. Runs on the threads of the caller's arena. Nothing if stop stopped it.
+std::optional<BestFirst> divide_best_first(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
+                                           const BestFirstOptions& options);
+
+}  // namespace vcd::baker

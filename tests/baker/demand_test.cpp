@@ -1,0 +1,295 @@
+// Bakes for a demand: deep where it asks, right everywhere.
+#include <vcd/baker/demand.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <numeric>
+
+#include <gtest/gtest.h>
+
+#include <vcd/baker/bake.h>
+#include <vcd/baker/referee.h>
+#include <vcd/runtime/sidecar.h>
+#include <vcd/writer/demand.h>
+
+#include "classify/make_classifier.h"
+#include "octree/dag.h"
+#include "support/files.h"
+#include "support/meshes.h"
+#include "support/random.h"
+
+namespace vcd::test {
+using namespace baker;
+namespace {
+
+PreparedMesh prepared(SourceMesh mesh) { return *prepare(std::move(mesh)); }
+PreparedMesh foliage() { return prepared(leaves(60)); }
+
+// From a floor below the mesh to a light above it, as shadow rays of a picture run; a tenth begins in the mesh's box.
+// wide: the part of the floor, and of the light, that is used.
+std::vector<AskedSegment> shadow_rays(const PreparedMesh& mesh, size_t count, uint64_t seed, float wide = 1) {
+  FloatRandom random(seed);
+  std::array<float, 3> size{};
+  for (size_t a = 0; a < 3; ++a) size[a] = mesh.box_max[a] - mesh.box_min[a];
+  std::vector<AskedSegment> segments;
+  for (size_t i = 0; i < count; ++i) {
+    const float from[] = {mesh.box_min[0] + size[0] * random.between(0.5f - 0.3f * wide, 0.5f + 0.3f * wide),
+                          mesh.box_min[1] + size[1] * (i % 10 == 0 ? 0.5f : -0.1f),
+                          mesh.box_min[2] + size[2] * random.between(0.5f - 0.3f * wide, 0.5f + 0.3f * wide)};
+    const float to[] = {mesh.box_min[0] + size[0] * random.between(1.1f - 0.2f * wide, 1.1f + 0.2f * wide),
+                        mesh.box_max[1] + 2 * size[1],
+                        mesh.box_min[2] + size[2] * random.between(0.6f - 0.2f * wide, 0.6f + 0.2f * wide)};
+    Segment s{{from[0], from[1], from[2]}, 0, {}, 1};
+    for (int a = 0; a < 3; ++a) s.direction[a] = to[a] - from[a];
+    segments.push_back({s, 1});
+  }
+  return in_order(std::move(segments));
+}
+
+Demand demand_of(const PreparedMesh& mesh, size_t count = 4000, uint64_t seed = 1) {
+  return {{mesh.geometry_hash, shadow_rays(mesh, count, seed)}};
+}
+
+BakeOptions options_for(const Demand& demand, Method method = Method::hybrid, uint32_t depth = 6) {
+  BakeOptions options;
+  options.method = method;
+  options.depth = depth;
+  options.demand = &demand;
+  options.budget_bytes = uint64_t{1} << 20;
+  return options;
+}
+
+BakedObject must_bake_for(const PreparedMesh& mesh, const BakeOptions& options) {
+  auto baked = bake(mesh, options);
+  EXPECT_TRUE(baked.ok()) << baked.error().message;
+  return baked ? std::move(*baked) : BakedObject();
+}
+
+CellClass class_at(const BakedObject& object, const LineCell& line) { return class_of(object.tree(), line); }
+
+TEST(BakeForDemand, GivesTheSameBytesOnAnyNumberOfThreads) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh, 1000);
+  for (const uint64_t budget : {400'000u}) {
+    std::vector<std::vector<std::byte>> files;
+    for (const unsigned threads : {1u, 3u}) {
+      BakeOptions options = options_for(demand, Method::hybrid, 8);
+      options.threads = threads, options.budget_bytes = budget;
+      const BakedObject baked = must_bake_for(mesh, options);
+      files.push_back(sidecar_bytes({&baked}));
+    }
+    EXPECT_EQ(files[0], files[1]);
+  }
+}
+
+TEST(BakeForDemand, KeepsToItsBudgetAndAnswersMoreWithMore) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh, 20000);
+  double share = 0;
+  for (const uint64_t budget : {300'000u, 400'000u, 600'000u}) {
+    BakeOptions options = options_for(demand, Method::hybrid, 8);
+    options.budget_bytes = budget;
+    const BakedObject baked = must_bake_for(mesh, options);
+    EXPECT_LE(sidecar_bytes({&baked}).size(), budget);
+    EXPECT_EQ(baked.cells_demoted, 0u) << "what does not fit is not divided";
+    EXPECT_GT(baked.demand->share(), share);
+    share = baked.demand->share();
+  }
+}
+
+// What a bake of all cells would say of a line: the recursion, from the root, without any tree.
+uint32_t ordinary_class(const CellClassifier& classifier, uint32_t depth, const LineCell& line, Workspace& workspace) {
+  uint32_t value = kDeeper;
+  for (uint32_t level = 0; value == kDeeper; ++level) {
+    const uint32_t up = 8 - level;
+    value = classifier.classify({line.pair, level, line.s >> up, line.t >> up, line.u >> up, line.v >> up},
+                                level == depth, workspace);
+  }
+  return value;
+}
+
+TEST(BakeForDemand, WhatIsAskedHasTheClassOfAnOrdinaryBake) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = {{mesh.geometry_hash, shadow_rays(mesh, 1000, 1, 0.25f)}};
+  const GridMesh grid(mesh);
+  const auto tracer = trace_in_grid(grid);
+  const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+  std::array<size_t, 4> classes{};
+  for (const Method method : {Method::proven, Method::hybrid, Method::sampled})
+    for (const uint32_t depth : {2u, 5u, 6u, 7u, 8u}) {
+      BakeOptions options = options_for(demand, method, depth);
+      options.budget_bytes = uint64_t{100} << 20;
+      const BakedObject asked = must_bake_for(mesh, options);
+      const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
+      Workspace workspace;
+      std::array<size_t, 4> compared{};
+      for (const AskedSegment& s : demand.at(mesh.geometry_hash)) {
+        const LineCell line = locate(frame, s.segment);
+        if (is_kept_out(s.segment) || place_of(line, 0, 1) != Place::pierces) continue;
+        const auto value = static_cast<uint32_t>(class_at(asked, line));
+        ASSERT_EQ(value, ordinary_class(*classifier.cells, depth, line, workspace));
+        ++compared[value];
+      }
+      EXPECT_GT(std::reduce(compared.begin(), compared.end()), 500u);
+      for (size_t c = 0; c < 4; ++c) classes[c] += compared[c];
+    }
+  for (const uint32_t c : {kClear, kUnclassified}) EXPECT_GT(classes[c], 0u) << c;
+}
+
+TEST(BakeForDemand, NoProvenAnswerIsWrongAtDepthEight) {
+  for (SourceMesh& source : std::array{leaves(60), sphere(), cube()}) {
+    const PreparedMesh mesh = prepared(std::move(source));
+    const Demand demand = demand_of(mesh, 20000);
+    BakeOptions options = options_for(demand, Method::hybrid, 8);
+    options.audit_lines = 30000;
+    const BakedObject baked = must_bake_for(mesh, options);
+    ASSERT_EQ(baked.record.depth, 8);
+    TreeView proofs = baked.tree();
+    proofs.answers = answer_table(Trust::proofs);
+    const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+    const Referee referee(mesh);
+    size_t answered = 0;
+    // Those of the demand, and others like them.
+    for (const uint64_t seed : {1, 2})
+      for (const AskedSegment& s : shadow_rays(mesh, 20000, seed)) {
+        const Visibility answer = classify(frame, proofs, proofs.shape, s.segment);
+        if (answer == Visibility::unclassified) continue;
+        ++answered;
+        EXPECT_EQ(answer == Visibility::blocked, referee.occluded(s.segment)) << replayable(s.segment);
+      }
+    EXPECT_GT(answered, 4000u);
+  }
+}
+
+// Only a demand leaves cells above the deepest level statistically blocked.
+TEST(Dag, HoldsStatisticallyBlockedCellsOfAnySize) {
+  for (const uint32_t depth : {2u, 5u, 6u, 7u, 8u}) {
+    const TreeShape shape = tree_shape(depth);
+    Subtree subtree;
+    subtree.bricks.assign(bricks_below_top(shape), kStatisticallyBlocked);
+    DagBuilder dag(depth);
+    for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(subtree);
+    const TreeArrays tree = dag.take();
+    LineCell line{};
+    line.pair = 7, line.s = 200, line.t = 3, line.u = 77, line.v = 130;
+    EXPECT_EQ(class_of(tree.view(), line), CellClass::statistically_blocked);
+    EXPECT_EQ(tree.view().brick_count, kUniformBlocks + 1);
+  }
+}
+
+TEST(BakeForDemand, TheShareAnsweredIsWhatARendererCounts) {
+  const PreparedMesh mesh = foliage();
+  Demand demand = demand_of(mesh, 8000);
+  for (AskedSegment& s : demand.begin()->second) s.weight = 1 + std::abs(s.segment.direction[0]);
+  const BakedObject baked = must_bake_for(mesh, options_for(demand));
+  const auto bytes = sidecar_bytes({&baked});
+  const auto aligned = allocate_aligned(bytes.size());
+  std::memcpy(aligned.data.get(), bytes.data(), bytes.size());
+  const auto sidecar = Sidecar::open_buffer({aligned.data.get(), aligned.size});
+  ASSERT_TRUE(sidecar.ok()) << sidecar.error().message;
+  const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+  const Referee referee(mesh);
+  double all = 0, answered = 0;
+  uint64_t segments = 0, wrong = 0, kept = 0;
+  for (const auto& [segment, weight] : demand.begin()->second) {
+    kept += is_kept_out(segment);
+    const LineCell line = locate(frame, segment);
+    if (!is_kept_out(segment) || !line.hits || line.t_entry >= 1 || line.t_exit <= 0) continue;
+    const Visibility answer = sidecar->object(0).classify(segment);
+    ++segments, all += weight;
+    if (answer == Visibility::unclassified) continue;
+    answered += weight;
+    wrong += (answer == Visibility::blocked) != referee.occluded(segment);
+  }
+  ASSERT_TRUE(baked.demand.has_value());
+  EXPECT_EQ(baked.demand->segments, segments);
+  EXPECT_EQ(baked.demand->wrong, wrong);
+  EXPECT_DOUBLE_EQ(baked.demand->weight, all);
+  EXPECT_DOUBLE_EQ(baked.demand->answered_weight, answered);
+  EXPECT_GT(baked.demand->share(), 0.3);
+  EXPECT_NEAR(static_cast<double>(kept) / 8000, 0.125, 0.02);
+}
+
+TEST(BakeForDemand, IsRightWhateverIsAsked) {
+  const PreparedMesh mesh = foliage();
+  FloatRandom random(9);
+  std::vector<AskedSegment> segments;
+  for (int i = 0; i < 3000; ++i) {
+    Segment s{};
+    for (float& x : s.origin) x = random.between(-3, 3);
+    for (float& x : s.direction) x = random.between(-1, 1) * std::exp(random.between(-9, 9));
+    s.t_min = random.between(-5, 1), s.t_max = random.below(3) == 0 ? std::numeric_limits<float>::infinity() : 2;
+    segments.push_back({s, std::exp(random.between(-20, 40))});
+  }
+  const Demand demand = {{mesh.geometry_hash, in_order(std::move(segments))}};
+  BakeOptions options = options_for(demand, Method::proven);
+  options.audit_lines = 100000;
+  const BakedObject baked = must_bake_for(mesh, options);
+  EXPECT_EQ(baked.audit->sum(false).all_wrong() + baked.audit->sum(true).all_wrong(), 0u);
+}
+
+TEST(BakeForDemand, WithoutTimeIsCoarseAndRight) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh, 20000);
+  BakeOptions options = options_for(demand, Method::proven);
+  options.budget_seconds = 0.02, options.audit_lines = 30000;
+  const BakedObject hurried = must_bake_for(mesh, options);
+  EXPECT_TRUE(hurried.out_of_time);
+  options.budget_seconds = 0;
+  const BakedObject calm = must_bake_for(mesh, options);
+  EXPECT_FALSE(calm.out_of_time);
+  EXPECT_LT(hurried.demand->share(), calm.demand->share());
+}
+
+TEST(BakeForDemand, ItsDepthFollowsFromTheBytes) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh, 5000);
+  uint32_t before = 0;
+  for (const uint64_t budget : {100'000u, 600'000u, 6'000'000u}) {
+    BakeOptions options = options_for(demand, Method::sampled, 0);
+    options.budget_bytes = budget, options.samples = 16;
+    const BakedObject baked = must_bake_for(mesh, options);
+    EXPECT_LE(sidecar_bytes({&baked}).size(), budget);
+    EXPECT_GT(baked.record.depth, before);
+    before = baked.record.depth;
+  }
+  EXPECT_EQ(before, 8u);
+}
+
+TEST(BakeForDemand, WhatCannotBeBakedForSaysSo) {
+  const PreparedMesh mesh = foliage();
+  const auto fault = [&](const BakeOptions& options) {
+    const auto baked = bake(mesh, options);
+    EXPECT_FALSE(baked.ok());
+    EXPECT_EQ(baked.ok() ? ErrorCode::runtime : baked.error().code, ErrorCode::usage);
+    return baked.ok() ? std::string() : baked.error().message;
+  };
+  const Demand other = demand_of(prepared(cube()));
+  EXPECT_NE(fault(options_for(other)).find("asks nothing of it"), std::string::npos);
+  Demand outside = demand_of(mesh, 10);
+  for (AskedSegment& s : outside.begin()->second) s.segment.t_max = 1e-3f, s.segment.origin[1] -= 5;
+  EXPECT_NE(fault(options_for(outside)).find("none of the demand's 10 segments enters its box"), std::string::npos);
+  const Demand demand = demand_of(mesh);
+  EXPECT_NE(fault(options_for(demand, Method::hybrid, 1)).find("2 to 8"), std::string::npos);
+  EXPECT_NE(fault(options_for(demand, Method::none)).find("none"), std::string::npos);
+  BakeOptions small = options_for(demand);
+  small.budget_bytes = 10000;
+  EXPECT_NE(fault(small).find("more than the budget"), std::string::npos);
+}
+
+TEST(BakeForDemand, StopsWhenAsked) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh);
+  BakeOptions options = options_for(demand);
+  bool dividing = false;
+  options.on_pass = [&](BakePass pass) { dividing = pass == BakePass::divide; };
+  options.stop = [&] { return dividing; };
+  const auto baked = bake(mesh, options);
+  ASSERT_FALSE(baked.ok());
+  EXPECT_NE(baked.error().message.find("stopped"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace vcd::test
