@@ -20,7 +20,7 @@ MOST_FINDINGS = 10  # of one target in one run: then it is stopped
 
 # Largest input in bytes. Sidecars of depth 6 to 8 need their top tables, which compress well.
 LARGEST = {"obj": 4096, "off": 4096, "ply": 4096, "stl": 4096, "gltf": 8192, "drc": 4096, "wire": 2048,
-           "sidecar": 40000, "runtime": 40000, "bake": 512, "scenes": 512}
+           "sidecar": 40000, "runtime": 40000, "demand": 2048, "bake": 512, "scenes": 512}
 SIDECARS = ("sidecar", "runtime")
 # Formats that are read by libdraco too, which is known not to be safe. What it does wrong there is no finding as long as the
 # program, which reads in a child process, ends with an error of its own.
