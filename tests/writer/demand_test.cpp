@@ -76,14 +76,15 @@ std::vector<std::byte> changed(std::vector<std::byte> bytes, size_t offset, cons
   std::memcpy(&header, bytes.data(), sizeof header);
   const size_t count = std::min<size_t>(header.object_count, 2);
   std::vector<DemandObject> objects(count);
-  std::memcpy(objects.data(), bytes.data() + sizeof header, count * sizeof(DemandObject));
-  size_t at = sizeof header + count * sizeof(DemandObject);
+  const std::span<std::byte> of_objects = std::as_writable_bytes(std::span(objects));
+  std::copy_n(bytes.data() + sizeof header, of_objects.size(), of_objects.begin());
+  size_t at = sizeof header + of_objects.size();
   for (DemandObject& object : objects) {
     const size_t size = std::min<size_t>(object.segment_count * sizeof(AskedSegment), bytes.size() - at);
     object.segments_xxh3 = checksum(Bytes(bytes).subspan(at, size));
     at += size;
   }
-  std::memcpy(bytes.data() + sizeof header, objects.data(), count * sizeof(DemandObject));
+  std::ranges::copy(of_objects, bytes.data() + sizeof header);
   header.objects_xxh3 = checksum(std::as_bytes(std::span(objects)));
   header.header_xxh3 = checksum(std::as_bytes(std::span(&header, 1)).first(56));
   std::memcpy(bytes.data(), &header, sizeof header);
