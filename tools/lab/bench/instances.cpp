@@ -224,12 +224,16 @@ Rays of_kind(const World& world, const Recording& bundles, bool ground, bool own
 
 }  // namespace
 
+Result<World> world_of(const InstancesOptions& options) {
+  auto request = parse_scene_request(options.scene, {});
+  if (!request) return request.error();
+  request->options.files = {options.ingest, options.sidecars};
+  return load_world(request->source, request->options, options.quiet);
+}
+
 int run_instances(const InstancesOptions& options) {
   const auto fail = [](const Error& error) { return print_error(error.message), exit_code(error.code); };
-  auto request = parse_scene_request(options.scene, {});
-  if (!request) return fail(request.error());
-  request->options.files = {options.ingest, options.sidecars};
-  const auto world = load_world(request->source, request->options, options.quiet);
+  const auto world = world_of(options);
   if (!world) return fail(world.error());
   if (world->single())
     return fail({ErrorCode::usage, options.scene + ": one object in one place; see vc-bench segments"});

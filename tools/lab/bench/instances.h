@@ -7,6 +7,7 @@
 #include <vcd/baker/ingest.h>
 
 #include "common/program.h"
+#include "render/world.h"
 
 namespace vcd::bench {
 
@@ -19,6 +20,9 @@ struct InstancesOptions {
   int repetitions = 7;
   tools::OutputFormat format = tools::OutputFormat::text;
 };
+
+// The scene that the options name. Errors: usage, and those of load_world().
+Result<render::World> world_of(const InstancesOptions& options);
 
 // Prints what it measured; returns the exit code.
 int run_instances(const InstancesOptions& options);

@@ -295,10 +295,7 @@ Result<std::vector<Alone>> open_alone(const World& world, const std::vector<std:
 
 int run_paths(const PathsOptions& options) {
   const auto fail = [](const Error& error) { return print_error(error.message), exit_code(error.code); };
-  auto request = parse_scene_request(options.scene, {});
-  if (!request) return fail(request.error());
-  request->options.files = {options.ingest, options.sidecars};
-  const auto world = load_world(request->source, request->options, options.quiet);
+  const auto world = world_of(options);
   if (!world) return fail(world.error());
   const auto alone = open_alone(*world, options.sidecars);
   if (!alone) return fail(alone.error());
