@@ -41,6 +41,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &MeasureChunk,
                                   &ToObject,
                                   &OccludedInScene,
+                                  &OccludedArrayInScene,
                                   {&Occluded, &OccludedArray, &OccludedFan}};
   return kernels;
 }

@@ -25,10 +25,7 @@ struct Asked {
   const TraceUnclassified* trace;  // null: look up only
   bool hierarchies = false;        // they are what is traced
 
-  uint32_t self(size_t segment) const {
-    const size_t at = one_origin ? 0 : segment;
-    return at < query.origins.size() ? query.origins[at] : kNoInstance;
-  }
+  uint32_t self(size_t segment) const { return self_of(query, one_origin ? 0 : segment); }
   // Whether to look an instance up before it is traced.
   bool looks_up(uint32_t instance) const {
     return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_first[instance] != 0);
@@ -263,11 +260,11 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
   }
 }
 
-// The objects' own hierarchies in the place of the caller's. of_fan: all segments begin at one point, with t from 0
-// to 1.
+// The objects' own hierarchies in the place of the caller's, for bundles: all segments begin at one point, with t from
+// 0 to 1.
 class HierarchyTrace {
  public:
-  HierarchyTrace(const SceneData& scene, bool of_fan) : scene_(scene), of_fan_(of_fan) {}
+  explicit HierarchyTrace(const SceneData& scene) : scene_(scene) {}
 
   void operator()(const UnclassifiedSegments& left) const {
     const ObjectData* const object = scene_.sidecars[left.instance];
@@ -278,22 +275,17 @@ class HierarchyTrace {
     if (left.in_world) {
       for (size_t i : all)
         blocked.set(i, blocks_in_world(object->traced.view, scene_.to_world[left.instance], segment_at(s, i)));
-    } else if (of_fan_) {
+    } else {
       blocked = object->trace->fan(object->traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
                                                     {s.direction[0], s.direction[1], s.direction[2]},
                                                     s.count,
                                                     all});
-    } else {
-      std::array<Segment, kChunk> segments;
-      for (size_t i = 0; i < s.count; ++i) segments[i] = segment_at(s, i);
-      blocked = object->trace->array(object->traced, segments.data(), all);
     }
     for (size_t i : blocked) left.blocked[i] = 1;
   }
 
  private:
   const SceneData& scene_;
-  bool of_fan_;
 };
 
 void run_array(const Asked& asked, std::span<const Segment> segments, std::span<uint64_t> blocked) {
@@ -309,17 +301,21 @@ void run_array(const Asked& asked, std::span<const Segment> segments, std::span<
 
 void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
                      const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, false);
-  const TraceUnclassified trace(hierarchies);
-  run_array({*state_, query, false, &trace, true}, segments, blocked);
+  assert(has_words_for(segments.size(), blocked));
+  for (size_t first = 0; first < segments.size(); first += kChunk) {
+    const size_t count = std::min(kChunk, segments.size() - first);
+    const SceneQuery part{query.mask, query.origins.subspan(std::min(first, query.origins.size()))};
+    state_->kernels->occluded_array_in_scene(state_->data, segments.subspan(first, count), part)
+        .store(count, blocked.data() + first / 64);
+  }
 }
 void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, true);
+  const HierarchyTrace hierarchies(state_->data);
   const TraceUnclassified trace(hierarchies);
   run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
 }
 void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, true);
+  const HierarchyTrace hierarchies(state_->data);
   const TraceUnclassified trace(hierarchies);
   run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
 }

@@ -13,6 +13,19 @@
 
 namespace vcd {
 
+namespace {
+
+size_t hierarchy_bytes(const SceneData& data) {
+  std::vector<const ObjectData*> objects = data.sidecars;
+  std::sort(objects.begin(), objects.end());
+  objects.erase(std::unique(objects.begin(), objects.end()), objects.end());
+  size_t bytes = 0;
+  for (const ObjectData* object : objects) bytes += object ? object->traced.view.bytes().size() : 0;
+  return bytes;
+}
+
+}  // namespace
+
 void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
   for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
@@ -77,6 +90,7 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
       frame.min[a] = instance.box_min[a];
     }
   }
+  state->data.streams = hierarchy_bytes(state->data) >= kStreamBytes;
   state->data.to_grid.resize(instances.size());
   state->data.masks.resize(instances.size());
   state->uses.resize(instances.size());
