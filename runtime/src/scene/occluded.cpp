@@ -96,7 +96,10 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   } else {
     in_world = bits;
   }
-  trace(asked, chunk, instance, bits.without(in_world), false);
+  // Those that are not trusted by themselves: they move in doubles, and their origins may come to lie a bit elsewhere.
+  const SampleBits moved = bits.without(in_world);
+  trace(asked, chunk, instance, moved.without(chunk.odd), false);
+  trace(asked, chunk, instance, moved & chunk.odd, false);
   trace(asked, chunk, instance, in_world, true);
 }
 
@@ -260,6 +263,17 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
   }
 }
 
+void run_points(const Asked& asked, const PointBundle& bundle, std::span<uint64_t> blocked) {
+  assert(fits(bundle, blocked));
+  std::array<Segment, kChunk> segments;
+  for (size_t first = 0; first < bundle.size(); first += kChunk) {
+    Chunk chunk(first, std::min(kChunk, bundle.size() - first));
+    for (size_t i = 0; i < chunk.count; ++i) segments[i] = segment_of(bundle, first + i);
+    answer(asked, chunk, std::span<const Segment>(segments).first(chunk.count));
+    chunk.blocked.store(chunk.count, blocked.data() + first / 64);
+  }
+}
+
 // The objects' own hierarchies in the place of the caller's, for bundles: all segments begin at one point, with t from
 // 0 to 1.
 class HierarchyTrace {
@@ -319,6 +333,11 @@ void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, co
   const TraceUnclassified trace(hierarchies);
   run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
 }
+void Scene::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
+  const HierarchyTrace hierarchies(state_->data);
+  const TraceUnclassified trace(hierarchies);
+  run_points({*state_, query, true, &trace, true}, bundle, blocked);
+}
 
 void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
                      const SceneQuery& query) const {
@@ -333,6 +352,11 @@ void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, Tr
                      const SceneQuery& query) const {
   run_bundle({*state_, query, true, &trace}, bundle, blocked, {});
 }
+void Scene::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  run_points({*state_, query, true, &trace}, bundle, blocked);
+}
+
 void Scene::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                      const SceneQuery& query) const noexcept {
   run_bundle({*state_, query, true, nullptr}, bundle, blocked, unclassified);

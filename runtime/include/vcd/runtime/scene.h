@@ -158,6 +158,8 @@ class Scene {
                 const SceneQuery& query = {}) const;
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
                 const SceneQuery& query = {}) const;
+  void occluded(const PointBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
+                const SceneQuery& query = {}) const;
 
   // Whether every instance that is not absent has an object with a hierarchy.
   bool has_hierarchies() const noexcept;
@@ -169,6 +171,7 @@ class Scene {
                 const SceneQuery& query = {}) const noexcept;
   void occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
   void occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
+  void occluded(const PointBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query = {}) const noexcept;
 
   // The look-ups alone: segments that are neither blocked nor unclassified are clear.
   void classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
