@@ -10,6 +10,7 @@
 #include <array>
 #include <bit>
 
+#include "hierarchy/box_lanes-inl.h"
 #include "hierarchy/trace-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -160,7 +161,7 @@ class OneHierarchy {
 
 SampleBits OccludedArray(const Traced& object, const Segment* segments, const SampleBits& live) noexcept {
   OneHierarchy source(object, segments);
-  return Stream(source).blocked(live);
+  return Stream(source).blocked(WithoutPassing(object, segments, live));
 }
 
 }  // namespace HWY_NAMESPACE

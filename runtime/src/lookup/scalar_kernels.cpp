@@ -95,7 +95,8 @@ bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery&
 }
 
 SampleBits scene_array(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query) noexcept {
-  return occluded_array_in_scene(scene, segments, query, boxes_met, occluded_scalar);
+  return occluded_array_in_scene(scene, segments, query, SampleBits::first(segments.size()), boxes_met,
+                                 occluded_scalar);
 }
 
 template <uint32_t... kDepths>

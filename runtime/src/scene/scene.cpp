@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <new>
 #include <string>
 
@@ -24,6 +25,16 @@ size_t hierarchy_bytes(const SceneData& data) {
   return bytes;
 }
 
+ReachBox box_of(const SceneNode& root) {
+  ReachBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[a] = *std::min_element(root.low[a], root.low[a] + 8);
+    box.max[a] = *std::max_element(root.high[a], root.high[a] + 8);
+    box.reach = std::max({box.reach, std::abs(box.min[a]), std::abs(box.max[a])});
+  }
+  return box;
+}
+
 }  // namespace
 
 void Scene::State::set(std::span<const Transform> to_world) {
@@ -31,6 +42,7 @@ void Scene::State::set(std::span<const Transform> to_world) {
   for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
   std::vector<Transform> kept(to_world.begin(), to_world.end());
   data.nodes = build_hierarchy(placed);  // the last that can fail
+  data.box = data.nodes.empty() ? ReachBox{} : box_of(data.nodes[0]);
   data.to_world = std::move(kept);
   has_hierarchies = true;
   for (size_t i = 0; i < placed.size(); ++i) {

@@ -7,6 +7,7 @@
 
 #include <vcd/runtime/scene.h>
 
+#include "hierarchy/traced.h"
 #include "lookup/kernels.h"
 #include "lookup/to_grid.h"
 #include "scene/boxes.h"
@@ -21,6 +22,7 @@ inline constexpr size_t kStreamBytes = size_t{4} << 20;
 
 struct SceneData {
   std::vector<SceneNode> nodes;  // the first is the root; none: no instances
+  ReachBox box;                  // of the root
   bool streams = false;  // arrays: many segments on their way at once, as the hierarchies have kStreamBytes or more
   // By instance.
   std::vector<ToGrid> to_grid;

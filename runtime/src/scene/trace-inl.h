@@ -57,9 +57,10 @@ class SceneSource {
 
 SampleBits OccludedArrayInScene(const SceneData& scene, std::span<const Segment> segments,
                                 const SceneQuery& query) noexcept {
-  if (!scene.streams) return occluded_array_in_scene(scene, segments, query, BoxesMet, Occluded);
+  const SampleBits live = WithoutPassing(scene.box, segments.data(), SampleBits::first(segments.size()));
+  if (!scene.streams) return occluded_array_in_scene(scene, segments, query, live, BoxesMet, Occluded);
   SceneSource source(scene, segments, query);
-  return Stream(source).blocked(SampleBits::first(segments.size()));
+  return Stream(source).blocked(live);
 }
 
 }  // namespace HWY_NAMESPACE

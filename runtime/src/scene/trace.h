@@ -98,12 +98,12 @@ bool occluded_in_scene(const SceneData& scene, const Segment& segment, uint32_t 
   }
 }
 
-// The same for at most kChunk segments, one after another: those that are blocked.
+// The same for at most kChunk segments, one after another: those of `live` that are blocked.
 template <class BoxesMet, class Trace>
 SampleBits occluded_array_in_scene(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
-                                   const BoxesMet& boxes_met, const Trace& trace) {
+                                   const SampleBits& live, const BoxesMet& boxes_met, const Trace& trace) {
   SampleBits blocked{};
-  for (size_t i = 0; i < segments.size(); ++i)
+  for (size_t i : live)
     blocked.set(i, occluded_in_scene(scene, segments[i], self_of(query, i), query.mask, boxes_met, trace));
   return blocked;
 }
