@@ -14,6 +14,7 @@
 #include "kinds.h"
 #include "render/census.h"
 #include "render/false_colour.h"
+#include "render/recorded.h"
 #include "render/sidecars.h"
 #include "variant_json.h"
 
@@ -26,7 +27,9 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr const char* kUnclassified = "unclassified";  // a sidecar that answers nothing: what look-ups cost
-constexpr const char* kSingle = "bvh-single";          // ray by ray, as the paper's renderer traced
+const std::string kForDemand = "demand";
+constexpr uint64_t kDemandSeed = 0xDE3A;
+constexpr const char* kSingle = "bvh-single";  // ray by ray, as the paper's renderer traced
 
 struct OpenVariant {
   std::string id;
@@ -141,9 +144,28 @@ class SceneRun {
       BakeOptions bake;
       bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
       variant(c.id())["tree"] = c.text();
+      if (c.for_demand)
+        if (auto error = record_demand(bake)) return error;
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
-    return write_unclassified(configurations_[0].depth);
+    return write_unclassified(std::max(configurations_[0].depth, 1u));
+  }
+
+  // Once a scene, with rays of its own: those of the pictures are not among them.
+  std::optional<Error> record_demand(BakeOptions& bake) {
+    if (!demand_) {
+      ProgressLine line(label("recording"), options_.quiet);
+      RenderSettings other = options_.render;
+      other.seed ^= kDemandSeed;
+      RenderHooks hooks;
+      hooks.stop = interrupted;
+      auto demand = demand_of_picture(*world_, other, options_.most_recorded, hooks);
+      if (interrupted()) return stopped();
+      if (!demand) return demand.error();
+      demand_.emplace(std::move(*demand));
+    }
+    bake.demand = &*demand_, bake.budget_bytes = static_cast<uint64_t>(options_.budget_mb * 1048576);
+    return std::nullopt;
   }
 
   std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
@@ -158,8 +180,9 @@ class SceneRun {
     if (interrupted()) return stopped();
     if (!baked) return baked.error();
     Json& v = variant(id);
-    v["depth"] = bake.depth;
+    v["depth"] = baked->depth;
     v["method"] = method_name(bake.method);
+    if (bake.demand) v["demand"] = true;
     if (bake.method == Method::sampled) v["samples"] = bake.samples;
     return describe_file(id, *baked);
   }
@@ -172,7 +195,7 @@ class SceneRun {
     if (interrupted()) return stopped();
     if (!written) return written.error();
     variant(kUnclassified)["depth"] = depth;
-    return describe_file(kUnclassified, {0, 0, *written});
+    return describe_file(kUnclassified, {0, 0, *written, depth});
   }
 
   std::optional<Error> describe_file(const std::string& id, const WorldBake& baked) {
@@ -457,6 +480,7 @@ class SceneRun {
   Results& results_;
   std::optional<World> world_;
   std::vector<Configuration> configurations_;
+  std::optional<Demand> demand_;  // if a configuration is for one
   std::vector<OpenVariant> open_;
   std::optional<WorldSidecars> alone_;  // of the first, with no look-ups
   std::optional<TestCounter> counter_;
@@ -470,24 +494,27 @@ class SceneRun {
 
 std::optional<Configuration> Configuration::parse(const std::string& text) {
   const size_t cross = text.find('x');
-  if (cross != 1 || text[0] < '1' || text[0] > '8') return std::nullopt;
-  const std::string kind = text.substr(cross + 1);
-  Configuration c{static_cast<uint32_t>(text[0] - '0'), Method::sampled, 256};
+  Configuration c{0, Method::sampled, 256};
+  c.for_demand = text.substr(0, cross) == kForDemand;
+  if (!c.for_demand && (cross != 1 || text[0] < '1' || text[0] > '8')) return std::nullopt;
+  if (!c.for_demand) c.depth = static_cast<uint32_t>(text[0] - '0');
+  const std::string kind = cross == std::string::npos ? "" : text.substr(cross + 1);
   if (kind == "proven" || kind == "hybrid") {
     c.method = kind == "proven" ? Method::proven : Method::hybrid, c.samples = 0;
     return c;
   }
   for (uint32_t samples : {16, 81, 256})
-    if (kind == std::to_string(samples)) return c.samples = samples, c;
+    if (!c.for_demand && kind == std::to_string(samples)) return c.samples = samples, c;
   return std::nullopt;
 }
 
 std::string Configuration::text() const {
-  return std::to_string(depth) + "x" + (method == Method::sampled ? std::to_string(samples) : method_name(method));
+  return (for_demand ? kForDemand : std::to_string(depth)) + "x" +
+         (method == Method::sampled ? std::to_string(samples) : method_name(method));
 }
 
 std::string Configuration::id() const {
-  return "d" + std::to_string(depth) + "-" +
+  return (for_demand ? kForDemand : "d" + std::to_string(depth)) + "-" +
          (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
 }
 

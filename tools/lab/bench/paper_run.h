@@ -17,9 +17,10 @@ namespace vcd::bench {
 struct Configuration {
   uint32_t depth;
   Method method;
-  uint32_t samples;  // as BakeOptions has them
+  uint32_t samples;         // as BakeOptions has them
+  bool for_demand = false;  // of the same picture with another seed; then the baker picks the depth
 
-  // "5x256", "5xproven", "5xhybrid" and back; nothing if it is none of these.
+  // "5x256", "5xproven", "5xhybrid", "demandxproven", "demandxhybrid" and back; nothing if it is none of these.
   static std::optional<Configuration> parse(const std::string& text);
   std::string text() const;
 
@@ -40,7 +41,9 @@ struct PaperRunOptions {
   std::vector<Configuration> configurations;
   render::RenderSettings render;
   int repetitions = 7;
-  uint64_t segments_of_kind = 1 << 16;  // to time, of each kind, at most
+  double budget_mb = 8;                    // of an object that is baked for a demand
+  size_t most_recorded = size_t{1} << 21;  // of it
+  uint64_t segments_of_kind = 1 << 16;     // to time, of each kind, at most
   bool quiet = false;
 };
 
