@@ -207,7 +207,7 @@ int run(const Options& options) {
     print_error("--repack takes one sidecar at a time");
     return exit_code(ErrorCode::usage);
   }
-  if (library::has_extension(options.repack, mesh_extensions())) {
+  if (library::has_extension(options.repack, baker::mesh_extensions())) {
     print_error(shown(options.repack) + ": is named like a mesh; a sidecar's name ends in .vcd");
     return exit_code(ErrorCode::usage);
   }

@@ -106,7 +106,7 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   run.render.width = profile.width, run.render.height = profile.height;
   if (auto fault = set_picture(options, run.render)) return *std::move(fault);
   run.repetitions = options.repetitions;
-  run.budget_mb = options.budget_mb;
+  run.demands.budget_mb = options.budget_mb;
   run.segments_of_kind = profile.segments_of_kind;
   run.quiet = options.common.quiet;
   for (const std::string& text : profile.scenes) {

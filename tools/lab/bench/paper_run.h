@@ -1,31 +1,16 @@
 // The paper's Tables 1 and 2 for one scene after another, and what goes beyond them: every figure of the report.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include <vcd/format/layout.h>
-
+#include "configuration.h"
 #include "render/renderer.h"
 #include "render/scene_source.h"
 #include "results.h"
+#include "scene_bakes.h"
 
 namespace vcd::bench {
-
-// A tree to bake of each scene.
-struct Configuration {
-  uint32_t depth;
-  Method method;
-  uint32_t samples;         // as BakeOptions has them
-  bool for_demand = false;  // of the same picture with another seed; then the baker picks the depth
-
-  // "5x256", "5xproven", "5xhybrid", "demandxproven", "demandxhybrid" and back; nothing if it is none of these.
-  static std::optional<Configuration> parse(const std::string& text);
-  std::string text() const;
-
-  std::string id() const;  // of files and in the results
-};
 
 struct SceneRequest {
   std::string name;                 // in the results, and of its files
@@ -40,10 +25,9 @@ struct PaperRunOptions {
   std::vector<SceneRequest> scenes;
   std::vector<Configuration> configurations;
   render::RenderSettings render;
+  DemandBakes demands;
   int repetitions = 7;
-  double budget_mb = 8;                    // of an object that is baked for a demand
-  size_t most_recorded = size_t{1} << 21;  // of it
-  uint64_t segments_of_kind = 1 << 16;     // to time, of each kind, at most
+  uint64_t segments_of_kind = 1 << 16;  // to time, of each kind, at most
   bool quiet = false;
 };
 

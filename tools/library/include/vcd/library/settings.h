@@ -45,7 +45,7 @@ struct BakeSettings {
 
   // Threads, progress and stop are the caller's, and so is the demand: read_demand() of its file.
   baker::BakeOptions bake_options() const;
-  IngestOptions ingest_options() const;
+  baker::IngestOptions ingest_options() const;
 };
 
 // What a setting decides: the content of each object; which triangles the asset's objects have, too; how the file
