@@ -170,10 +170,10 @@ class PaperRun(Case):
 
     def test_demands_are_asked_by_other_cameras_and_under_other_lights(self):
         done = self.run_program("vc-bench", "demand", f"leaves={self.leaves}", "--size", "12x8", "--repetitions", 1, "--budget-mb", 0.1, "--depth", 3,
-                                "--proven-only", "--format", "json", "-q", "-o", self.out)
+                                "--proven-only", "--judged", 1000, "--format", "json", "-q", "-o", self.out)
         report = json.loads(done.stdout)
         names = [s["name"] for s in report["sidecars"]]
-        self.assertEqual(names[:3], ["any scene, proven", "one camera, proven", "three cameras, proven"])
+        self.assertEqual(names, [f"{source}, proven" for source in ("any scene", "one camera", "three cameras", "lights alone")])
         self.assertTrue(all(s["file_bytes"] <= 0.1 * 2**20 for s in report["sidecars"][1:]))
         self.assertEqual([(c["camera_degrees"], c["lights_degrees"]) for c in report["cases"]], [(0, 0), (30, 0), (90, 0), (180, 0), (0, 30)])
         counts = {c["sidecars"][0]["rays"] for c in report["cases"]}
@@ -184,6 +184,10 @@ class PaperRun(Case):
                 self.assertEqual(sidecar["wrong"], 0)
                 self.assertLessEqual(sidecar["ground_left"], sidecar["left"])
                 self.assertGreater(sidecar["judged"], 0)
+        for judged in report["judged"]:
+            self.assertGreaterEqual(judged["segments"], 1000)
+            self.assertGreater(judged["answered"], 0)
+            self.assertEqual(judged["wrong"], 0)
 
     def test_refuses_wrong_requests_and_folders(self):
         for text in ("my mesh.obj", "a.obj,turn=nan", "sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):

@@ -177,11 +177,10 @@ int main(int argc, char** argv) {
       ->allow_extra_args(false);
   app.add_option("-o,--output", options.folder, "Folder of results, sidecars, pictures and report (default: vcd-bench)")
       ->type_name("DIR");
-  app.add_option(
-         "--trees", options.trees,
-         "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, "
-         "hybrid; demandxproven and\ndemandxhybrid: for the picture's rays, recorded with another seed\n"
-         "(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
+  app.add_option("--trees", options.trees,
+                 "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, "
+                 "hybrid; demandxproven and\ndemandxhybrid: for the picture's rays, recorded with another seed\n"
+                 "(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("TREES");
@@ -236,6 +235,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 8));
   demand->add_option("--most-recorded", options.demand.most_recorded, "Shadow rays of a demand (default: 2097152)")
       ->check(CLI::Range(size_t{1024}, kMostAskedSegments));
+  demand->add_option("--judged", options.demand.judged,
+                     "Judge so many segments of further pictures exactly, with each sidecar (default: 0)");
   demand->add_flag("--proven-only", options.demand.proven_only, "No hybrid sidecars");
 
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");

@@ -7,6 +7,8 @@
 #include <mutex>
 
 #include <vcd/baker/demand.h>
+#include <vcd/baker/referee.h>
+#include <vcd/library/light_demand.h>
 #include <vcd/writer/demand.h>
 
 #include "common/describe.h"
@@ -22,6 +24,7 @@
 namespace vcd::bench {
 
 using namespace baker;
+using namespace library;
 using namespace tools;
 using namespace render;
 namespace {
@@ -29,6 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr uint64_t kRecordedSeed = 0xDE3A, kSampleSeed = 0x5EED;
+constexpr size_t kJudgedAtOnce = size_t{1} << 22;
 constexpr size_t kSample = size_t{1} << 19;  // of a picture's rays, to be judged; one in eight of them is
 
 // Who asks: where camera and lights stand, turned from where the scene has them.
@@ -88,7 +92,7 @@ class DemandRun {
       : options_(options), world_(world), view_(world.view), lights_(world.lights) {}
 
   std::optional<Error> run() {
-    for (const auto step : {&DemandRun::bake_all, &DemandRun::ask_all})
+    for (const auto step : {&DemandRun::bake_all, &DemandRun::ask_all, &DemandRun::judge_many})
       if (auto error = (this->*step)()) return error;
     return std::nullopt;
   }
@@ -101,7 +105,8 @@ class DemandRun {
               {"budget_mb", options_.budget_mb},
               {"repetitions", options_.repetitions},
               {"sidecars", Json::array()},
-              {"cases", cases_}};
+              {"cases", cases_},
+              {"judged", judged_}};
     for (const Baked& b : baked_)
       json["sidecars"].push_back(
           {{"name", b.name}, {"depth", b.depth}, {"file_bytes", b.file_bytes}, {"bake_seconds", b.seconds}});
@@ -135,6 +140,35 @@ class DemandRun {
     return merge(demands);
   }
 
+  // As vc-bake --for-lights: no camera, and the ground below all objects.
+  Result<Demand> of_lights() {
+    place({"", 0, 0});
+    std::vector<SceneLight> lights;
+    const auto vector = [](Vec3 v) { return SceneLight::Vector{v.x, v.y, v.z}; };
+    for (const Light& light : world_.lights) {
+      const Quad& quad = light.quad;
+      SceneLight& scene_light = lights.emplace_back();
+      scene_light.shape = SceneLight::Shape::rectangle;
+      scene_light.half_edges = {vector(quad.edge_u * 0.5f), vector(quad.edge_v * 0.5f)};
+      scene_light.position = vector(quad.corner + quad.edge_u * 0.5f + quad.edge_v * 0.5f);
+      scene_light.direction = vector(quad.normal);
+    }
+    std::vector<LitInstance> instances;
+    for (const WorldInstance& instance : world_.instances) {
+      LitInstance& lit = instances.emplace_back(LitInstance{&world_.objects[instance.object].mesh});
+      if (world_.single()) continue;
+      for (size_t i = 0; i < 3; ++i) {
+        const SceneLight::Vector column = vector(instance.to_world.column[i]),
+                                 offset = vector(instance.to_world.offset);
+        for (size_t row = 0; row < 3; ++row)
+          lit.to_scene[4 * row + i] = column[row], lit.to_scene[4 * row + 3] = offset[row];
+      }
+    }
+    const Vec3 up = world_.ground.normal;
+    const Axis axis = up.x > 0.9f ? Axis::x : up.y > 0.9f ? Axis::y : Axis::z;
+    return demand_of_lights(instances, lights, axis, options_.most_recorded);
+  }
+
   std::optional<Error> bake_all() {
     std::error_code failed;
     fs::create_directories(options_.folder, failed);
@@ -144,10 +178,12 @@ class DemandRun {
     if (!one) return one.error();
     const auto three = recorded(kThree);
     if (!three) return three.error();
+    const auto lights = of_lights();
+    if (!lights) return lights.error();
     for (const Method method : {Method::proven, Method::hybrid}) {
       if (method == Method::hybrid && options_.proven_only) continue;
       const std::tuple<const char*, const Demand*> kinds[] = {
-          {"any scene", nullptr}, {"one camera", &*one}, {"three cameras", &*three}};
+          {"any scene", nullptr}, {"one camera", &*one}, {"three cameras", &*three}, {"lights alone", &*lights}};
       for (const auto& [name, demand] : kinds)
         if (auto error = bake_one(name, method, demand)) return error;
     }
@@ -234,6 +270,50 @@ class DemandRun {
         ->tree;
   }
 
+  // Further pictures of the scene's own camera, until so many segments have been judged exactly with each sidecar.
+  std::optional<Error> judge_many() {
+    if (options_.judged == 0) return std::nullopt;
+    place(kCases[0]);
+    std::vector<Referee> referees;
+    for (const WorldObject& object : world_.objects) referees.emplace_back(object.mesh);
+    judged_ = Json::array();
+    for (const Baked& b : baked_)
+      judged_.push_back({{"name", b.name}, {"segments", 0u}, {"answered", 0u}, {"wrong", 0u}});
+    ProgressLine line("judging", options_.quiet);
+    for (uint64_t seed = 1, segments = 0; segments < options_.judged; ++seed) {
+      const auto asked = demand_of_picture(world_, with_seed(kSampleSeed + seed), kJudgedAtOnce);
+      if (!asked) return asked.error();
+      for (size_t o = 0; o < world_.objects.size(); ++o) {
+        const auto found = asked->find(world_.objects[o].mesh.geometry_hash);
+        if (found == asked->end()) continue;
+        if (interrupted()) return stopped();
+        judge(found->second, o, referees[o]);
+        segments += found->second.size();
+      }
+      line.update({static_cast<double>(segments) / static_cast<double>(options_.judged), segments, 0});
+    }
+    return std::nullopt;
+  }
+  void judge(const std::vector<AskedSegment>& asked, size_t object, const Referee& referee) {
+    std::vector<Segment> segments;
+    for (const AskedSegment& a : asked) segments.push_back(a.segment);
+    std::vector<uint8_t> truth(segments.size());
+    referee.occluded(segments, truth);
+    for (size_t b = 0; b < baked_.size(); ++b) {
+      uint64_t answered = 0, wrong = 0;
+      for (size_t i = 0; i < segments.size(); ++i) {
+        const Visibility answer = baked_[b].sidecars.objects[object].classify(segments[i]);
+        if (answer == Visibility::unclassified) continue;
+        ++answered, wrong += (answer == Visibility::blocked) != (truth[i] != 0);
+      }
+      Json& sum = judged_[b];
+      sum["segments"] = sum["segments"].get<uint64_t>() + segments.size();
+      sum["answered"] = sum["answered"].get<uint64_t>() + answered;
+      sum["wrong"] = sum["wrong"].get<uint64_t>() + wrong;
+      sum["wrong_bound_95"] = upper_bound_95(sum["wrong"].get<uint64_t>(), sum["answered"].get<uint64_t>());
+    }
+  }
+
   // Shadow seconds of one picture, interleaved: Embree, the hierarchy alone, and each sidecar's look-ups before it.
   std::optional<Error> time_all(const WorldSidecars& alone, Json& json) const {
     const ShadowWays ways = fastest_ways(world_, options_.render, false,
@@ -268,7 +348,7 @@ class DemandRun {
   const View view_;
   const std::vector<Light> lights_;
   std::vector<Baked> baked_;
-  Json cases_ = Json::array();
+  Json cases_ = Json::array(), judged_;
 };
 
 void print(const Json& report) {

@@ -12,12 +12,13 @@ namespace vcd::bench {
 
 struct DemandRunOptions {
   std::string scene;  // as parse_scene_request() reads it
-  IngestOptions ingest;
+  baker::IngestOptions ingest;
   std::string folder;  // for sidecars
   render::RenderSettings render;
   uint32_t depth = 5;    // of sidecars for any scene
   double budget_mb = 8;  // of an object, of bakes for a demand
   size_t most_recorded = size_t{1} << 21;
+  uint64_t judged = 0;       // segments of further pictures, at least, to judge with each sidecar
   bool proven_only = false;  // no hybrid bakes
   bool quiet = false;
   int repetitions = 7;
