@@ -40,7 +40,7 @@ constexpr size_t kLooks = 1024;  // cells that stand for all of a level
 constexpr double kLeftByBrick = 0.35;
 // What a level more must be expected to gain of what is left: bytes go to cells that no line shows, and it takes
 // longer.
-constexpr double kWorthALevel = 0.2;
+constexpr double kWorthALevel = 0.1;
 
 // The cells of a level that are asked, below these, and how many of them are undecided: by a look at some, evenly.
 struct Level {
@@ -69,7 +69,8 @@ Level look_at(const CellClassifier& classifier, const std::vector<AskedLine>& li
 }
 
 // Of the weight of all cells of the level, what its bricks leave if the heaviest cells get theirs. As much as there are
-// lines that are alone in their cell goes to cells that no line shows (Good 1953): these have none.
+// lines that are alone in their cell goes to cells that no line shows (Good 1953). The bytes that are left are for
+// these: as many as for the others get half of that weight.
 double left_by_bricks(Level&& level, double bytes) {
   std::ranges::sort(level.cells, std::ranges::greater{}, &Asked::weight);
   double weight = 0, with_brick = 0, bricks = 0, lines = 0, alone = 0;
@@ -81,7 +82,9 @@ double left_by_bricks(Level&& level, double bytes) {
     if (bricks * kBrickBytes <= bytes) with_brick = weight;
   }
   if (!(weight > 0)) return 0;
-  return level.undecided * (1 - (1 - kLeftByBrick) * (1 - alone / lines) * with_brick / weight);
+  const double unseen = alone / lines, more = std::max(bytes / kBrickBytes - bricks, 0.0);
+  const double divided = (1 - unseen) * with_brick / weight + unseen * more / (more + bricks + 1);
+  return level.undecided * (1 - (1 - kLeftByBrick) * divided);
 }
 
 }  // namespace
