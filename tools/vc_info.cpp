@@ -190,7 +190,7 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
     out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
-                           object.hierarchy.bytes(), object.clearance});
+                           object.hierarchy.bytes(), object.clearance, object.horizon.all_bytes()});
   std::vector<AlignedBytes> kept;
   for (const SectionEntry& section : contents.sections) {
     if (is_known_section(section.type)) continue;

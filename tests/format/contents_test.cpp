@@ -708,7 +708,7 @@ TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
     for (const auto& [key, value] : contents->provenance) out.provenance.emplace(key, value);
     for (const ObjectContents& object : contents->objects)
       out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
-                             object.hierarchy.bytes(), object.clearance});
+                             object.hierarchy.bytes(), object.clearance, object.horizon.all_bytes()});
     const auto memory = vcd::sidecar_bytes(out);
     ASSERT_TRUE(memory.ok());
     EXPECT_EQ(reinterpret_cast<uintptr_t>(memory->data.get()) % 64, 0u);

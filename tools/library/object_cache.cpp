@@ -65,7 +65,8 @@ ObjectToWrite CachedObject::to_write() const {
           tree_pieces(contents().tree),
           contents().geometry,
           contents().hierarchy.bytes(),
-          contents().clearance};
+          contents().clearance,
+          contents().horizon.all_bytes()};
 }
 
 std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {
