@@ -146,9 +146,9 @@ int fail(const vcd::Error& error) { return std::fprintf(stderr, "%s\n", error.me
 
 int main(int argc, char** argv) {
   if (argc != 4) return std::fprintf(stderr, "usage: shadow-picture MESH SIDECAR PICTURE.bmp\n"), 1;
-  const auto meshes = vcd::ingest_isolated(argv[1]);
+  const auto meshes = vcd::baker::ingest_isolated(argv[1]);
   if (!meshes) return fail(meshes.error());
-  const vcd::SourceMesh& mesh = meshes->meshes[0];
+  const vcd::baker::SourceMesh& mesh = meshes->meshes[0];
   const auto tracer = vcd::baker::Tracer::build(mesh.positions, mesh.triangles, vcd::baker::TraceMode::fast);
   if (!tracer) return fail(tracer.error());
   const auto sidecar = vcd::Sidecar::open(argv[2]);

@@ -92,6 +92,7 @@ void print(const std::string& path, const SidecarContents& contents, const Deman
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
     std::printf("%s", hierarchy_summary(*object.record, object.hierarchy).c_str());
+    std::printf("%s", horizon_summary(object.horizon).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
     if (!asked.empty()) {
@@ -207,7 +208,7 @@ int run(const Options& options) {
     print_error("--repack takes one sidecar at a time");
     return exit_code(ErrorCode::usage);
   }
-  if (library::has_extension(options.repack, mesh_extensions())) {
+  if (library::has_extension(options.repack, baker::mesh_extensions())) {
     print_error(shown(options.repack) + ": is named like a mesh; a sidecar's name ends in .vcd");
     return exit_code(ErrorCode::usage);
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <new>
@@ -93,13 +94,14 @@ class LeafHorizons {
   std::array<Setters, 2> setters_{};
 };
 
-// By number in the mesh. Unfinished if it was stopped.
-std::vector<TriangleHorizon> trace_all(const PreparedMesh& mesh, const HierarchyView& hierarchy, Stop& stop) {
+// By number in the mesh, of every `step`th leaf's triangles; others have no area. Unfinished if it was stopped.
+std::vector<TriangleHorizon> trace_all(const PreparedMesh& mesh, const HierarchyView& hierarchy, size_t step,
+                                       Stop& stop) {
   const HierarchyHeader& h = hierarchy.header();
   const float reach = greatest_coordinate(h.box_min, h.box_max);
   const std::vector<uint32_t> leaves = leaves_of(hierarchy);
   std::vector<TriangleHorizon> horizons(mesh.triangles.size());
-  tbb::parallel_for(size_t{0}, leaves.size(), [&](size_t i) {
+  tbb::parallel_for(size_t{0}, leaves.size(), step, [&](size_t i) {
     if (stop.now()) return;
     LeafHorizons of_leaf(hierarchy, reach);
     const auto count = with_leaf(hierarchy, leaves[i], [](const auto& leaf) { return std::popcount(leaf.present); });
@@ -166,10 +168,27 @@ bool can_have_horizons(const HierarchyView& hierarchy) {
 
 uint64_t order_of(const PreparedMesh& mesh) { return checksum(std::as_bytes(std::span(mesh.source_triangles))); }
 
+std::optional<HorizonForecast> forecast_horizons(const PreparedMesh& mesh, const HierarchyView& hierarchy,
+                                                 const std::function<bool()>& ask) {
+  using Clock = std::chrono::steady_clock;
+  constexpr uint32_t kMostLeaves = 256;
+  const size_t step = hierarchy.header().leaf_count / kMostLeaves + 1;
+  Stop stop(ask);
+  const auto start = Clock::now();
+  const std::vector<TriangleHorizon> horizons = trace_all(mesh, hierarchy, step, stop);
+  if (stop.stopped()) return std::nullopt;
+  HorizonForecast forecast;
+  forecast.seconds = static_cast<double>(step) * std::chrono::duration<double>(Clock::now() - start).count();
+  forecast.share = encode_all(horizons, tables_for(horizons)).share;
+  if (forecast.share.cosine >= kLeastHorizonShare)
+    forecast.bytes = sizeof(HorizonHeader) + mesh.source_triangles.size() * sizeof(HorizonEntry);
+  return forecast;
+}
+
 std::optional<Horizons> build_horizons(const PreparedMesh& mesh, const HierarchyView& hierarchy,
                                        const std::function<bool()>& ask) {
   Stop stop(ask);
-  const std::vector<TriangleHorizon> horizons = trace_all(mesh, hierarchy, stop);
+  const std::vector<TriangleHorizon> horizons = trace_all(mesh, hierarchy, 1, stop);
   if (stop.stopped()) return std::nullopt;
   const LevelTables tables = tables_for(horizons);
   const Entries all = encode_all(horizons, tables);

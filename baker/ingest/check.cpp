@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // What is wrong with one mesh; empty if nothing is.
@@ -41,4 +41,4 @@ std::optional<Error> check_ingested(const std::filesystem::path& path, const Ing
   return std::nullopt;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-namespace vcd {
+namespace vcd::baker {
 
 // "<file>: <reason>" as an Error.
 Error file_error(const std::filesystem::path& path, ErrorCode code, const std::string& reason);
@@ -19,4 +19,4 @@ Error file_error(const std::filesystem::path& path, ErrorCode code, const std::s
 // message names file, mesh and element), or nothing. Time is linear in the mesh, memory constant.
 std::optional<Error> check_ingested(const std::filesystem::path& path, const Ingested& ingested);
 
-}  // namespace vcd
+}  // namespace vcd::baker

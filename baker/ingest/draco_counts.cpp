@@ -7,7 +7,7 @@
 #include <draco/metadata/geometry_metadata.h>
 #include <draco/metadata/metadata_decoder.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -66,4 +66,4 @@ bool plausible(const DracoCounts& counts, size_t stream_bytes) {
   return counts.faces <= most && counts.points <= most;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@ namespace draco {
 class DecoderBuffer;
 }
 
-namespace vcd {
+namespace vcd::baker {
 
 struct DracoCounts {
   uint64_t faces = 0;
@@ -24,4 +24,4 @@ std::optional<DracoCounts> read_draco_counts(draco::DecoderBuffer& buffer);
 // of 8 million faces on its own lattice, holds 950 faces a byte. This grants 4096.
 bool plausible(const DracoCounts& counts, size_t stream_bytes);
 
-}  // namespace vcd
+}  // namespace vcd::baker

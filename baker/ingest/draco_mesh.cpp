@@ -14,7 +14,7 @@
 #include "ingest/draco_counts.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -128,4 +128,4 @@ Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view 
   return file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + failure.what());
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct DracoMesh {
   std::vector<Position> positions;         // one a Draco point; finite or not
@@ -31,4 +31,4 @@ Result<DracoMesh> decode_draco(std::span<const uint8_t> bytes, std::optional<uin
 // Reads a .drc file as one mesh; see ingest().
 Result<Ingested> ingest_drc(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

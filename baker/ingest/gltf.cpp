@@ -13,7 +13,7 @@
 #include "ingest/gltf_nodes.h"
 #include "ingest/gltf_primitive.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -148,4 +148,4 @@ Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view
   return file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + failure.what());
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Reads .gltf and .glb; see ingest(). One SourceMesh a glTF mesh, in mesh space.
 //
@@ -16,4 +16,4 @@ namespace vcd {
 // No exception leaves.
 Result<Ingested> ingest_gltf(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <string>
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -227,4 +227,4 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, GltfBuffers& bu
   return indices;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

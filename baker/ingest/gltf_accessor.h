@@ -8,7 +8,7 @@
 
 #include "ingest/gltf_buffers.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class GltfComponent : uint32_t {  // the numbers are the file's
   int8 = 5120,
@@ -49,4 +49,4 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, GltfBuffers& bu
 // The value of an integer component in float arithmetic: c, or when normalized c / max, not below -1.
 float dequantize(float component, GltfElementType type);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -8,7 +8,7 @@
 #include "ingest/gltf_uri.h"
 #include "ingest/what_else.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -109,4 +109,4 @@ std::string GltfBuffers::load_from_uri(const GltfObject& buffer, const std::stri
   return *std::move(bytes);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

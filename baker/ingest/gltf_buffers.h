@@ -11,7 +11,7 @@
 
 #include "ingest/gltf_document.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 struct GltfView {
   std::span<const uint8_t> bytes;  // lives as long as its GltfBuffers
@@ -49,4 +49,4 @@ class GltfBuffers {
   std::map<uint32_t, std::vector<uint8_t>> decompressed_;  // by view
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 
 #include "ingest/gltf_extensions.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 using nlohmann::json;
 
@@ -180,4 +180,4 @@ bool GltfDocument::uses_extension(const std::string& name) const {
   return false;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 
 #include "ingest/gltf_json.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 std::span<const uint8_t> as_bytes(std::string_view bytes);
 
@@ -45,4 +45,4 @@ class GltfDocument {
   nlohmann::json json_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

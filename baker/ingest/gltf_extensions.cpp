@@ -6,7 +6,7 @@
 
 #include "ingest/gltf_json.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -66,4 +66,4 @@ void check_required_extensions(const nlohmann::json& extensions_required) {
   }
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

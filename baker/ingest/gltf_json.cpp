@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace vcd {
+namespace vcd::baker {
 
 using nlohmann::json;
 
@@ -106,4 +106,4 @@ void GltfObject::fail(const std::string& reason) const {
   fail_invalid(place_.empty() ? reason : place_ + ": " + reason);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct GltfFailure {
   Error error;  // the message names the place inside the file, and not yet the file
@@ -58,4 +58,4 @@ class GltfObject {
   std::string place_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -1,6 +1,6 @@
 #include "ingest/gltf_left_out.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 using nlohmann::json;
 
@@ -82,4 +82,4 @@ std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const Gltf
   return std::nullopt;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

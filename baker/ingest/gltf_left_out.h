@@ -8,7 +8,7 @@
 
 #include "ingest/gltf_document.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class GltfLeftOutBecause { not_opaque, deforms };
 
@@ -25,4 +25,4 @@ std::vector<bool> find_skinned_meshes(const GltfDocument& document);
 // Throws GltfFailure (invalid_file) where its materials do not exist or cannot be read.
 std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const GltfObject& primitive, bool skinned);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -86,4 +86,4 @@ std::vector<uint8_t> decode_meshopt(const GltfObject& extension, std::span<const
   return bytes;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 
 #include "ingest/gltf_json.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Decompresses one buffer view, filters included.
 //
@@ -17,4 +17,4 @@ namespace vcd {
 // know). extension: the object on the buffer view. compressed: the bytes that it selects.
 std::vector<uint8_t> decode_meshopt(const GltfObject& extension, std::span<const uint8_t> compressed);
 
-}  // namespace vcd
+}  // namespace vcd::baker

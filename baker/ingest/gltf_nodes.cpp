@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 using nlohmann::json;
 
@@ -247,4 +247,4 @@ const char* why_not_invertible(const std::array<double, 12>& transform) {
   return nullptr;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

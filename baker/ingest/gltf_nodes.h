@@ -7,7 +7,7 @@
 
 #include "ingest/gltf_document.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Appends to ingested.placements one placement for each node of the default scene that has one of
 // ingested.meshes, in the order of the nodes, and to ingested.notes what is left out: instances of
@@ -24,4 +24,4 @@ void read_placements(const GltfDocument& document, Ingested& ingested);
 // Why single precision cannot undo a row-major 3 x 4 transform ("its scale is zero"); nullptr if it can.
 const char* why_not_invertible(const std::array<double, 12>& transform);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "ingest/draco_mesh.h"
 #include "ingest/gltf_accessor.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -185,4 +185,4 @@ uint32_t GltfMeshBuilder::append_positions(const std::vector<Position>& position
   return static_cast<uint32_t>(first);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

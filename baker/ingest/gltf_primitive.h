@@ -11,7 +11,7 @@
 
 #include "ingest/gltf_buffers.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class GltfMode : uint32_t { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
@@ -66,4 +66,4 @@ class GltfMeshBuilder {
   std::map<uint32_t, uint32_t> placed_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 
 #include "ingest/gltf_json.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 namespace {
 
@@ -90,4 +90,4 @@ std::string decode_data_uri(std::string_view uri) {
   return is_base64 ? decode_base64(raw) : raw;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

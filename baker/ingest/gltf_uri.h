@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 bool is_data_uri(std::string_view uri);
 
@@ -17,4 +17,4 @@ std::string percent_decode(std::string_view text);
 // The bytes of "data:[type][;base64],payload", whatever the type. Throws GltfFailure (invalid_file).
 std::string decode_data_uri(std::string_view uri);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -15,7 +15,7 @@
 #include "ingest/stl.h"
 #include "ingest/what_else.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // The path is for messages, and for what the bytes name relative to it.
@@ -109,4 +109,4 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
   return file_error(path, ErrorCode::runtime, std::string("the parser failed: ") + error.what());
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -12,7 +12,7 @@
 #include "ingest/check.h"
 #include "ingest/wire.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr int kCannotSend = 111;  // exit code: any number that is rare elsewhere
@@ -34,10 +34,10 @@ int work_and_send(const std::filesystem::path& path, const std::function<Result<
 Result<Ingested> run(const std::filesystem::path& path, const IngestLimits& limits,
                      const std::function<Result<Ingested>()>& work) {
   const auto fault = [&](const std::string& reason) { return file_error(path, ErrorCode::runtime, reason); };
-  const baker::Descriptor result_file(::memfd_create("vcd-ingest", MFD_CLOEXEC));
+  const Descriptor result_file(::memfd_create("vcd-ingest", MFD_CLOEXEC));
   if (result_file.get() < 0)
     return fault(std::string("no memory file for the parser's result: ") + std::strerror(errno));
-  auto child = baker::ChildProcess::start(limits, [&] { return work_and_send(path, work, result_file.get()); });
+  auto child = ChildProcess::start(limits, [&] { return work_and_send(path, work, result_file.get()); });
   if (!child) return fault(child.error().message);
   child->wait();
   if (child->exit_code() == kCannotSend)
@@ -67,4 +67,4 @@ Result<Ingested> ingest_isolated(const std::filesystem::path& path, const Ingest
   return run_isolated(path, limits, [&] { return ingest(path, options); });
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Runs `work` in a forked child and brings its result back.
 //
@@ -22,4 +22,4 @@ namespace vcd {
 Result<Ingested> run_isolated(const std::filesystem::path& path, const IngestLimits& limits,
                               const std::function<Result<Ingested>()>& work);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 #include "ingest/soup.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Statements without a shape of their own; no reason to speak of them.
@@ -170,4 +170,4 @@ Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view 
   return mesh_from_soup(path, std::move(soup), options);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // All objects and groups of the file together, as one mesh named like the file.
 //
@@ -19,4 +19,4 @@ namespace vcd {
 // number), unsupported (UTF-16).
 Result<Ingested> ingest_obj(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -7,7 +7,7 @@
 #include "ingest/soup.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 class OffReader {
@@ -158,4 +158,4 @@ Result<Ingested> ingest_off(const std::filesystem::path& path, std::string_view 
   return mesh_from_soup(path, std::move(soup), options);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

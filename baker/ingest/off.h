@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Taken: OFF with any of the prefixes ST, C and N, comments, and the counts on the line of the keyword or
 // after it. Each vertex and each face begins a line and may go on over several. What follows the three
@@ -14,4 +14,4 @@ namespace vcd {
 // io, invalid_file (with the line number), unsupported (binary, 4OFF, nOFF).
 Result<Ingested> ingest_off(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,7 +10,7 @@
 #include "ingest/soup.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // What a property is good for.
@@ -190,4 +190,4 @@ Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view 
   return mesh_from_soup(path, std::move(soup), options);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

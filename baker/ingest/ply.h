@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Taken: x, y, z of the element "vertex", of any scalar type; the list vertex_indices (or vertex_index) of
 // "face", cut as polygon.h says; the same list of "tristrips", whose strips begin anew after -1 and turn
@@ -16,4 +16,4 @@ namespace vcd {
 // byte offset).
 Result<Ingested> ingest_ply(const std::filesystem::path& path, std::string_view bytes, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 constexpr const char* kFileEnds = "the file ends within it";
@@ -140,4 +140,4 @@ void PlyBinaryCursor::add_notes(std::vector<std::string>& notes) {
   notes.push_back(counted(bytes_.size() - offset_, "byte") + " after the last element passed over");
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

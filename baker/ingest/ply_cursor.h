@@ -10,7 +10,7 @@
 #include "ingest/ply_header.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 class PlyTextCursor {
  public:
@@ -63,4 +63,4 @@ class PlyBinaryCursor {
   bool big_endian_;
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 struct TypeName {
@@ -164,4 +164,4 @@ std::string parse_ply_header(std::string_view bytes, PlyHeader& header) {
   return "";
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

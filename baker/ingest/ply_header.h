@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class PlyScalar { i8, u8, i16, u16, i32, u32, f32, f64 };
 
@@ -39,4 +39,4 @@ struct PlyHeader {
 // what the file claims: whoever allocates compares them with the bytes that remain.
 std::string parse_ply_header(std::string_view bytes, PlyHeader& header);
 
-}  // namespace vcd
+}  // namespace vcd::baker

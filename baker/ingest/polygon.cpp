@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 struct Point2 {
@@ -211,4 +211,4 @@ PolygonCut append_polygon(std::span<const Position> positions, std::span<const u
   return EarClipper(points).run(emit) ? PolygonCut::exact : PolygonCut::forced;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -20,7 +20,7 @@
 #include <span>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 enum class PolygonCut {
   exact,       // the triangles tile the polygon, if it does not cross itself
@@ -37,4 +37,4 @@ PolygonCut append_polygon(std::span<const Position> positions, std::span<const u
 // decimal coordinates lose.
 bool is_plane(std::span<const Position> positions, std::span<const uint32_t> corners);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -10,7 +10,7 @@
 #include "ingest/polygon.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // How many faces something happened to, and which was the first.
@@ -134,4 +134,4 @@ Result<Ingested> mesh_from_soup(const std::filesystem::path& path, PolygonSoup s
   return ingested;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

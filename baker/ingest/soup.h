@@ -12,7 +12,7 @@
 
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 
 // Polygons as a file states them.
 struct PolygonSoup {
@@ -35,4 +35,4 @@ struct PolygonSoup {
 // of it; unsupported beyond 2^32 - 1 positions, and where rounding spoils the shape (IngestOptions::coarse allows it).
 Result<Ingested> mesh_from_soup(const std::filesystem::path& path, PolygonSoup soup, const IngestOptions& options);
 
-}  // namespace vcd
+}  // namespace vcd::baker

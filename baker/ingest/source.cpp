@@ -14,7 +14,7 @@
 
 #include "ingest/check.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // A regular file that is open for reading.
@@ -92,4 +92,4 @@ Result<ContentHash> hash_file(const std::filesystem::path& path) {
   }
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -8,7 +8,7 @@
 #include "ingest/soup.h"
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Binary layout, little-endian: 80 bytes of header, the count of facets, then for each facet 12 floats
@@ -177,4 +177,4 @@ Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view 
   return mesh_from_soup(path, std::move(soup), options);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // All facets of the file, with three positions of their own each: nothing is welded. Normals and the
 // attribute bytes of binary facets are passed over. A file is binary if its size is what the count of facets
@@ -19,4 +19,4 @@ Result<Ingested> ingest_stl(const std::filesystem::path& path, std::string_view 
 // Whether the size is what the count of facets asks for, to the byte.
 bool size_fits_binary_stl(std::string_view bytes);
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\v' || c == '\f' || c == '\r' || c == '\n'; }
@@ -111,4 +111,4 @@ std::string counted(uint64_t count, const std::string& noun, const std::string& 
   return std::to_string(count) + " " + (count == 1 ? noun : plural.empty() ? noun + "s" : plural);
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -15,7 +15,7 @@
 #include <string>
 #include <string_view>
 
-namespace vcd {
+namespace vcd::baker {
 
 // The text without a UTF-8 byte order mark, if it has one.
 std::string_view without_byte_order_mark(std::string_view text);
@@ -80,4 +80,4 @@ std::string in_quotes(std::string_view word);
 // "1 face", "2 faces".
 std::string counted(uint64_t count, const std::string& noun, const std::string& plural = "");
 
-}  // namespace vcd
+}  // namespace vcd::baker

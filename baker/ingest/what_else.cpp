@@ -6,7 +6,7 @@
 
 #include "ingest/text.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using namespace std::string_view_literals;
@@ -55,4 +55,4 @@ const char* what_else(std::string_view bytes) {
   return nullptr;
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -11,7 +11,7 @@
 
 #include "ingest/gltf_nodes.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
@@ -189,4 +189,4 @@ std::optional<Result<Ingested>> read_result(int file) {
   return Result<Ingested>(std::move(ingested));
 }
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -6,7 +6,7 @@
 
 #include <optional>
 
-namespace vcd {
+namespace vcd::baker {
 
 // Writes value or Error at the start of an empty file, native byte order. Returns false if the system
 // refuses. Allocates nothing.
@@ -18,4 +18,4 @@ bool write_result(int file, const Result<Ingested>& result);
 // throw std::bad_alloc.
 std::optional<Result<Ingested>> read_result(int file);
 
-}  // namespace vcd
+}  // namespace vcd::baker

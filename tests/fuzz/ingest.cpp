@@ -16,10 +16,10 @@ bool may_fail_with(ErrorCode code) {
 void ingest_bytes(const uint8_t* data, size_t size) {
   static const MemoryFile file("input" VCD_FUZZ_EXTENSION);
   file.fill(data, size);
-  IngestOptions options;
+  baker::IngestOptions options;
   options.placements = true;
   options.treat_all_as_opaque = size % 2 == 0;
-  Result<Ingested> result = ingest(file.path(), options);
+  Result<baker::Ingested> result = baker::ingest(file.path(), options);
   if (!result) {
     require(result.error().message.starts_with(file.path().string() + ": "), "an error names the file");
     if (!may_fail_with(result.error().code))
@@ -27,7 +27,7 @@ void ingest_bytes(const uint8_t* data, size_t size) {
     return;
   }
   require_ingested(*result);
-  for (SourceMesh& mesh : result->meshes) require_prepare_holds(std::move(mesh));
+  for (baker::SourceMesh& mesh : result->meshes) require_prepare_holds(std::move(mesh));
   planted_bug();
 }
 

@@ -19,7 +19,7 @@ void write(const std::filesystem::path& path, const std::string& bytes) {
   std::printf("%s: %zu\n", path.c_str(), bytes.size());
 }
 
-DracoInput input_of(const SourceMesh& mesh, int method, int bits) {
+DracoInput input_of(const baker::SourceMesh& mesh, int method, int bits) {
   DracoInput input;
   input.positions = mesh.positions, input.triangles = mesh.triangles;
   input.method = method, input.quantization_bits = bits;
@@ -69,9 +69,9 @@ size_t add_packed(GltfBuilder& builder, const Bytes& packed, size_t count, size_
 }
 
 GltfBuilder meshopt_in_gltf() {
-  const SourceMesh mesh = cube();
+  const baker::SourceMesh mesh = cube();
   std::vector<uint32_t> indices;
-  for (const TriangleIndices& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
+  for (const baker::TriangleIndices& t : mesh.triangles) indices.insert(indices.end(), t.begin(), t.end());
   Bytes vertices(meshopt_encodeVertexBufferBound(8, 12)), triangles(meshopt_encodeIndexBufferBound(36, 8)),
       sequence(meshopt_encodeIndexSequenceBound(36, 8));
   vertices.resize(meshopt_encodeVertexBuffer(vertices.data(), vertices.size(), mesh.positions.data(), 8, 12));
@@ -89,14 +89,14 @@ GltfBuilder meshopt_in_gltf() {
   return builder;
 }
 
-std::string on_the_wire(const Result<Ingested>& result) {
+std::string on_the_wire(const Result<baker::Ingested>& result) {
   const fuzz::MemoryFile file("result");
   fuzz::require(write_result(file.descriptor(), result), "a result can be written");
   return file.content();
 }
 
-Ingested two_meshes() {
-  Ingested ingested{{triangle(), cube()}, {"a note"}, {}, {{"two.gltf", {1}}, {"two.bin", {2}}}};
+baker::Ingested two_meshes() {
+  baker::Ingested ingested{{triangle(), cube()}, {"a note"}, {}, {{"two.gltf", {1}}, {"two.bin", {2}}}};
   ingested.meshes[1].shift = {1.5, -2, 3e6};
   ingested.meshes[1].left_out = {1, 2};
   ingested.placements = {{.mesh = 1}, {.mesh = 0, .transform = {0, 1, 0, 4, -1, 0, 0, 5, 0, 0, 2, 6}}};

@@ -13,21 +13,23 @@
 
 namespace vcd::fuzz {
 
-inline bool finite(const Position& p) { return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]); }
+inline bool finite(const baker::Position& p) {
+  return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+}
 
-inline void require_indices_in_range(const std::vector<TriangleIndices>& triangles, size_t positions) {
-  for (const TriangleIndices& t : triangles)
+inline void require_indices_in_range(const std::vector<baker::TriangleIndices>& triangles, size_t positions) {
+  for (const baker::TriangleIndices& t : triangles)
     for (const uint32_t corner : t) require(corner < positions, "indices are in range");
 }
 
-inline void require_ingested(const Ingested& ingested) {
+inline void require_ingested(const baker::Ingested& ingested) {
   require(!ingested.meshes.empty(), "there is a mesh");
-  for (const SourceMesh& mesh : ingested.meshes) {
+  for (const baker::SourceMesh& mesh : ingested.meshes) {
     require(!mesh.triangles.empty(), "each mesh has a triangle");
     require(std::ranges::all_of(mesh.positions, finite), "positions are finite");
     require_indices_in_range(mesh.triangles, mesh.positions.size());
   }
-  for (const Placement& placement : ingested.placements) {
+  for (const baker::Placement& placement : ingested.placements) {
     require(placement.mesh < ingested.meshes.size(), "a placement is of a mesh that is there");
     require(std::ranges::all_of(placement.transform, [](double x) { return std::isfinite(static_cast<float>(x)); }),
             "placements are finite");
@@ -41,8 +43,8 @@ inline void require_prepared(const baker::PreparedMesh& mesh) {
           "positions are sorted and unique");
   require_indices_in_range(mesh.triangles, mesh.positions.size());
   std::vector<bool> used(mesh.positions.size());
-  std::vector<TriangleIndices> ascending = mesh.triangles;
-  for (TriangleIndices& t : ascending) {
+  std::vector<baker::TriangleIndices> ascending = mesh.triangles;
+  for (baker::TriangleIndices& t : ascending) {
     require(t[0] < t[1] && t[0] < t[2] && t[1] != t[2], "the smallest index comes first, and corners differ");
     for (const uint32_t corner : t) used[corner] = true;
     std::ranges::sort(t);
@@ -50,7 +52,7 @@ inline void require_prepared(const baker::PreparedMesh& mesh) {
   require(std::ranges::find(used, false) == used.end(), "every position is used");
   require(std::ranges::adjacent_find(ascending, std::greater_equal()) == ascending.end(),
           "triangles are sorted and unique");
-  for (const Position& p : mesh.positions)
+  for (const baker::Position& p : mesh.positions)
     for (size_t a = 0; a < 3; ++a) {
       require(!(p[a] == 0 && std::signbit(p[a])), "there is no -0");
       const double margin = 4 * 0x1p-13 * (double{mesh.box_max[a]} - double{mesh.box_min[a]});
@@ -60,7 +62,7 @@ inline void require_prepared(const baker::PreparedMesh& mesh) {
 }
 
 // Prepares a mesh, and the result once more, which must change nothing.
-inline void require_prepare_holds(SourceMesh mesh) {
+inline void require_prepare_holds(baker::SourceMesh mesh) {
   Result<baker::PreparedMesh> once = baker::prepare(std::move(mesh));
   if (!once) {
     require(once.error().code == ErrorCode::invalid_file || once.error().code == ErrorCode::unsupported,

@@ -21,12 +21,12 @@ constexpr Transform kStill{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
 // A mesh about [0, 1]^3 with its proven sidecar, by every kernel.
 struct Baked {
-  SourceMesh mesh;
+  baker::SourceMesh mesh;
   std::vector<std::byte> bytes;
   std::vector<Sidecar> by_kernel;
   ExactInstance still;
 
-  explicit Baked(SourceMesh from) : mesh(std::move(from)), still(mesh, kStill) {
+  explicit Baked(baker::SourceMesh from) : mesh(std::move(from)), still(mesh, kStill) {
     const baker::BakedObject object = test::must_bake(mesh, test::proven(3));
     bytes = test::sidecar_bytes({&object});
     for (const std::string& kernel : kernels())
@@ -35,7 +35,7 @@ struct Baked {
 };
 
 // A triangle that hangs askew.
-SourceMesh leaf() { return {"leaf", 0, {{0, 0.1f, 0.3f}, {1, 0.4f, 0}, {0.2f, 1, 1}}, {{0, 1, 2}}}; }
+baker::SourceMesh leaf() { return {"leaf", 0, {{0, 0.1f, 0.3f}, {1, 0.4f, 0}, {0.2f, 1, 1}}, {{0, 1, 2}}}; }
 
 const std::vector<Baked>& baked_meshes() {
   static const std::vector<Baked> all = [] {

@@ -48,7 +48,7 @@ class TinyLines {
 
   // A vertex, or a point of an edge or a triangle.
   Point on_mesh() {
-    const TriangleIndices& t = mesh_.triangles[below(static_cast<uint32_t>(mesh_.triangles.size()))];
+    const baker::TriangleIndices& t = mesh_.triangles[below(static_cast<uint32_t>(mesh_.triangles.size()))];
     double weights[3] = {1, 0, 0};
     if (const uint32_t kind = below(3); kind > 0) {
       weights[1] = uniform(), weights[2] = kind > 1 ? (1 - weights[1]) * uniform() : 0;

@@ -13,8 +13,8 @@
 namespace vcd::test {
 
 struct DracoInput {
-  std::vector<Position> positions;
-  std::vector<TriangleIndices> triangles;
+  std::vector<baker::Position> positions;
+  std::vector<baker::TriangleIndices> triangles;
   int method = draco::MESH_SEQUENTIAL_ENCODING;
   int quantization_bits = 0;  // 0: floats as they are
   bool as_int16 = false;      // store positions as 16-bit integers
@@ -40,18 +40,18 @@ inline std::string encode_draco(const DracoInput& input) {
   draco::Mesh mesh;
   mesh.set_num_points(static_cast<uint32_t>(input.positions.size()));
   if (input.decoy) {
-    add_attribute(mesh, draco::DT_FLOAT32, input.position_id + 1, std::vector<Position>(input.positions.size()));
+    add_attribute(mesh, draco::DT_FLOAT32, input.position_id + 1, std::vector<baker::Position>(input.positions.size()));
   }
   if (input.as_int16) {
     std::vector<std::array<int16_t, 3>> integers;
-    for (const Position& p : input.positions) {
+    for (const baker::Position& p : input.positions) {
       integers.push_back({static_cast<int16_t>(p[0]), static_cast<int16_t>(p[1]), static_cast<int16_t>(p[2])});
     }
     add_attribute(mesh, draco::DT_INT16, input.position_id, integers);
   } else {
     add_attribute(mesh, draco::DT_FLOAT32, input.position_id, input.positions);
   }
-  for (const TriangleIndices& t : input.triangles) {
+  for (const baker::TriangleIndices& t : input.triangles) {
     mesh.AddFace({draco::PointIndex(t[0]), draco::PointIndex(t[1]), draco::PointIndex(t[2])});
   }
   draco::ExpertEncoder encoder(mesh);

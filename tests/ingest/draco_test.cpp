@@ -10,6 +10,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 class DrcIngest : public GltfTest {
  protected:
   void expect_refused(const std::string& content, ErrorCode code, const std::string& reason) {

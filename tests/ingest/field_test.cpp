@@ -11,6 +11,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 class Field : public MeshFiles {
  protected:
   Ingested read_gltf(const GltfBuilder& builder) { return read("a.glb", builder.glb()); }
@@ -143,7 +145,7 @@ TEST_F(Field, SurfacesThatLetLightThroughByAnyExtensionAreLeftOut) {
     EXPECT_EQ(ingested.meshes[0].triangles.size(), left_out ? 2u : 4u) << material;
     EXPECT_EQ(ingested.meshes[0].left_out, (LeftOut{left_out ? 1u : 0u, 0})) << material;
     EXPECT_EQ(ingest_isolated(folder_ / "a.glb")->meshes[0].left_out, ingested.meshes[0].left_out);
-    EXPECT_EQ(baker::prepare(SourceMesh(ingested.meshes[0]))->left_out, ingested.meshes[0].left_out);
+    EXPECT_EQ(prepare(SourceMesh(ingested.meshes[0]))->left_out, ingested.meshes[0].left_out);
   }
 }
 

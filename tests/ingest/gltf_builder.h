@@ -85,7 +85,7 @@ class GltfBuilder {
     return append("accessors", accessor);
   }
 
-  size_t add_positions(const std::vector<Position>& positions) {
+  size_t add_positions(const std::vector<baker::Position>& positions) {
     return add_accessor(add_view(bytes_of(positions)), float_type, "VEC3", positions.size());
   }
 
@@ -141,7 +141,7 @@ class GltfBuilder {
   Bytes data_;
 };
 
-inline const std::vector<Position> square = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
+inline const std::vector<baker::Position> square = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}};
 
 // A mesh "Square" of two indexed triangles.
 inline GltfBuilder square_file() {

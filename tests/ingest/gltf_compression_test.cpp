@@ -12,6 +12,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 const std::vector<uint32_t> square_indices = {0, 1, 2, 2, 1, 3};
 const std::vector<TriangleIndices> square_triangles = {{0, 1, 2}, {2, 1, 3}};
 

@@ -11,6 +11,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 const IngestOptions everything = {.treat_all_as_opaque = true};
 
 class GltfData : public ::testing::Test {

@@ -8,6 +8,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 class GltfErrors : public GltfTest {
  protected:
   Error refuse(const std::string& content, const std::string& name = "file.gltf") {

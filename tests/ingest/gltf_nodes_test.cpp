@@ -9,6 +9,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 using Transform = std::array<double, 12>;
 constexpr Transform identity = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 

@@ -7,6 +7,8 @@
 namespace vcd::test {
 namespace {
 
+using namespace baker;
+
 using Triangles = std::vector<TriangleIndices>;
 const Triangles square_triangles = {{0, 1, 2}, {2, 1, 3}};
 

@@ -16,7 +16,7 @@
 #include "mesh_files.h"
 #include "support/files.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -273,4 +273,4 @@ TEST_F(IsolateFiles, WireRefusesEveryPrefixAndEverySurplus) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -35,14 +35,14 @@ class MeshFiles : public ::testing::Test {
   }
 
   // Ingests a file of these bytes; on an error the test fails and an empty mesh comes back.
-  Ingested read(const std::string& name, const std::string& bytes) const {
-    Result<Ingested> result = ingest(write(name, bytes));
+  baker::Ingested read(const std::string& name, const std::string& bytes) const {
+    Result<baker::Ingested> result = baker::ingest(write(name, bytes));
     if (result) {
       EXPECT_EQ(result->meshes.size(), 1u);
       return *std::move(result);
     }
     ADD_FAILURE() << result.error().message;
-    Ingested empty;
+    baker::Ingested empty;
     empty.meshes.resize(1);
     return empty;
   }
@@ -51,7 +51,7 @@ class MeshFiles : public ::testing::Test {
   void expect_error(const std::string& name, const std::string& bytes, ErrorCode code,
                     const std::vector<std::string>& parts) const {
     const std::filesystem::path path = write(name, bytes);
-    const Result<Ingested> result = ingest(path);
+    const Result<baker::Ingested> result = baker::ingest(path);
     ASSERT_FALSE(result.ok()) << "accepted: " << bytes.substr(0, 200);
     EXPECT_EQ(result.error().code, code) << result.error().message;
     EXPECT_TRUE(result.error().message.starts_with(path.string() + ": ")) << result.error().message;
@@ -67,16 +67,16 @@ class MeshFiles : public ::testing::Test {
 };
 
 // The triangles with their positions written out, in order.
-inline std::vector<std::array<Position, 3>> soup_of(const SourceMesh& mesh) {
-  std::vector<std::array<Position, 3>> soup;
-  for (const TriangleIndices& t : mesh.triangles) {
+inline std::vector<std::array<baker::Position, 3>> soup_of(const baker::SourceMesh& mesh) {
+  std::vector<std::array<baker::Position, 3>> soup;
+  for (const baker::TriangleIndices& t : mesh.triangles) {
     soup.push_back({mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]});
   }
   return soup;
 }
 
 // Sum of the signed areas of the triangles, seen from above (z).
-inline double area_from_above(const SourceMesh& mesh) {
+inline double area_from_above(const baker::SourceMesh& mesh) {
   double sum = 0;
   for (const auto& [a, b, c] : soup_of(mesh)) {
     sum += 0.5 * ((double{b[0]} - a[0]) * (double{c[1]} - a[1]) - (double{b[1]} - a[1]) * (double{c[0]} - a[0]));
@@ -85,16 +85,16 @@ inline double area_from_above(const SourceMesh& mesh) {
 }
 
 // The smallest of them: negative if one triangle is turned around.
-inline double least_area_from_above(const SourceMesh& mesh) {
+inline double least_area_from_above(const baker::SourceMesh& mesh) {
   double least = HUGE_VAL;
-  for (const TriangleIndices& t : mesh.triangles) {
-    SourceMesh one = {"", 0, mesh.positions, {t}};
+  for (const baker::TriangleIndices& t : mesh.triangles) {
+    baker::SourceMesh one = {"", 0, mesh.positions, {t}};
     least = std::min(least, area_from_above(one));
   }
   return least;
 }
 
-inline bool any_note_has(const Ingested& ingested, const std::string& part) {
+inline bool any_note_has(const baker::Ingested& ingested, const std::string& part) {
   return std::any_of(ingested.notes.begin(), ingested.notes.end(),
                      [&](const std::string& note) { return note.find(part) != std::string::npos; });
 }

@@ -3,7 +3,7 @@
 
 #include "mesh_files.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
@@ -232,4 +232,4 @@ TEST_F(Dispatch, AnUnknownExtensionNamesTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -1,6 +1,6 @@
 #include "mesh_files.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
@@ -100,4 +100,4 @@ TEST_F(Off, RealMeshes) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::baker

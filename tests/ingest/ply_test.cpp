@@ -4,7 +4,7 @@
 
 #include "mesh_files.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
@@ -284,4 +284,4 @@ TEST_F(Ply, RealMeshes) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -2,7 +2,7 @@
 
 #include "mesh_files.h"
 
-namespace vcd {
+namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
@@ -150,4 +150,4 @@ TEST_F(Stl, TheRealBunnyAgreesWithItsOrigin) {
 }
 
 }  // namespace
-}  // namespace vcd
+}  // namespace vcd::baker

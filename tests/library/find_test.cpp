@@ -28,7 +28,7 @@ class Find : public ::testing::Test {
 
   // What is found, as "below" lists it.
   std::vector<std::string> found(const std::vector<std::string>& inputs) {
-    last_ = find_files(inputs, mesh_extensions());
+    last_ = find_files(inputs, baker::mesh_extensions());
     std::vector<std::string> names;
     for (const FoundFile& f : last_.files) names.push_back(f.below.string());
     return names;

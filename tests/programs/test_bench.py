@@ -1,4 +1,4 @@
-"""vc-bench's run over scenes: what it measures, that it goes on where it stopped, and what it refuses."""
+"""vc-bench: what its measurements say, that a run over scenes goes on where it stopped, and what it refuses."""
 import json
 import os
 import shutil
@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from test_programs import BIN, Case, soup
+from case import BIN, Case, soup
 
 SMALL = ("--size", "24x16", "--repetitions", "1", "--trees", "2x16,3x81", "-q")
 SCENES = ("--scene", "forest,instances=4,species=2,leaves=30")
@@ -176,6 +176,78 @@ class PaperRun(Case):
                               capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 2, done.stderr)
         self.assertIn("results.json", done.stderr)
+
+
+class Segments(Case):
+    def test_segments(self):
+        mesh, sidecar = self.baked()
+        done = self.run_program("vc-bench", "segments", sidecar, mesh, "--points", 20, "--repetitions", 1, "--format", "json")
+        self.assertEqual(json.loads(done.stdout)["shadow_rays"]["segments"], 20 * 128)
+        other = self.mesh("other.obj", soup(5))
+        self.run_program("vc-bench", "segments", sidecar, other, code=8)
+
+    def test_instances(self):
+        trees, sidecar = self.folder / "trees.glb", self.folder / "trees.vcd"
+        scene = ("forest", "--instances", "5", "--species", "2", "--leaves", "30")
+        self.run_program("vc-scene", *scene, "-o", trees, "-q")
+        self.run_program("vc-bake", trees, "-d", "3", "-m", "proven", "-o", sidecar, "-q")
+        done = self.run_program("vc-bench", "instances", "forest,instances=5,species=2,leaves=30", sidecar, "--points", 40,
+                                "--repetitions", 1, "--format", "json")
+        kinds = json.loads(done.stdout)["kinds"]
+        self.assertEqual(len(kinds), 6)  # ground, instances and both, in order and shuffled
+        for ordered, shuffled in zip(kinds[:3], kinds[3:]):
+            self.assertEqual(shuffled["name"], ordered["name"] + ", shuffled")
+            for name in ("segments", "blocked", "differing"):
+                self.assertEqual(ordered[name], shuffled[name])
+            self.assertEqual(ordered["differing"], 0)
+            self.assertGreater(ordered["blocked"], 0)
+        self.run_program("vc-bench", "instances", "sierpinski,level=2", sidecar, code=1)
+
+    def test_paths(self):
+        leaves, trees = self.folder / "leaves.vcd", self.folder / "trees.vcd"
+        mesh = self.mesh("leaves.obj", soup(40))
+        self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "-o", leaves, "-q")
+        forest = ("forest", "--instances", "5", "--species", "2", "--leaves", "30")
+        self.run_program("vc-scene", *forest, "-o", self.folder / "trees.glb", "-q")
+        self.run_program("vc-bake", self.folder / "trees.glb", "-d", "3", "-m", "proven", "-o", trees, "-q")
+        few = ("--points", 900, "--repetitions", 1)
+        for scene, sidecar, names in ((mesh, leaves, {"missing", "piercing", "own", "inside"}),
+                                      ("forest,instances=5,species=2,leaves=30", trees, {"instanced-ground", "instanced-own"})):
+            done = self.run_program("vc-bench", "paths", scene, sidecar, *few, "--format", "json")
+            report = json.loads(done.stdout)
+            self.assertEqual(report["bounces"], 4)
+            all_, *kinds = report["kinds"]
+            self.assertEqual(all_["name"], "all")
+            self.assertLessEqual({k["name"] for k in kinds}, names)
+            self.assertGreater(len(kinds), 1)
+            for count in ("segments", "blocked", "differ"):
+                self.assertEqual(all_[count], sum(k[count] for k in kinds))
+            self.assertGreater(all_["blocked"], 0)
+            self.assertEqual(all_["judged"], all_["segments"])
+            self.assertEqual(all_["wrong_hierarchy"], 0)
+            self.assertLessEqual(all_["differ"], all_["segments"] / 1000)
+            ours = {"hierarchy", "look-ups, then hierarchy", "look-ups as baked, then hierarchy"}
+            for kind in report["kinds"]:
+                single, wavefronts = kind["single_calls"], kind["wavefronts"]
+                self.assertEqual({v["name"] for v in single["vcd"]}, ours | {"look-ups, then rtcOccluded1"})
+                self.assertEqual({v["name"] for v in wavefronts["vcd"]}, ours)
+                self.assertEqual({e["name"].split(",")[0] for e in wavefronts["embree"]}, {"rtcOccluded8", "rtcOccluded16"})
+                for use in (single, wavefronts):
+                    self.assertTrue(any("build of high quality" in e["name"] for e in use["embree"]))
+                    best = min(use["embree"], key=lambda e: e["median_ns"])
+                    self.assertEqual((best["name"], best["speed_up"]), (use["best_embree"], 1))
+                    for v in use["vcd"]:
+                        self.assertAlmostEqual(v["speed_up"], best["median_ns"] / v["median_ns"])
+        text = self.run_program("vc-bench", "paths", mesh, leaves, *few, "--bounces", 1).stdout
+        self.assertIn("single calls, path by path", text)
+        self.assertIn("the hierarchy 0 times", text)
+        bare = self.folder / "bare.vcd"
+        self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "--no-hierarchy", "-o", bare, "-q")
+        self.assertIn("hierarchy", self.run_program("vc-bench", "paths", mesh, bare, *few, code=1).stderr)
+
+    def test_bake_rate(self):
+        done = self.run_program("vc-bench", "bake-rate", self.mesh(), "--cells", 3, "--repetitions", 1)
+        self.assertIn("rtcOccluded16", done.stdout)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """Demands as users meet them. The files here are written from spec/demand.md alone."""
 import base64
+import json
 import pathlib
 import random
 import re
@@ -10,7 +11,7 @@ import unittest
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path += [str(ROOT / "spec" / "reader"), str(ROOT / "tests" / "programs")]
 
-from test_programs import Case, json, soup
+from case import Case, soup
 from xxh3 import xxh3_64
 
 HASHES = [bytes([number] * 16) for number in (3, 7)]

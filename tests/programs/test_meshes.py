@@ -4,7 +4,7 @@ import json
 import struct
 import unittest
 
-from test_programs import Case
+from case import Case
 
 FACES = (0, 1, 3, 0, 3, 2, 4, 6, 7, 4, 7, 5, 0, 4, 5, 0, 5, 1, 2, 3, 7, 2, 7, 6, 0, 2, 6, 0, 6, 4, 1, 5, 7, 1, 7, 3)
 BOX = [(float(x), float(y), float(z)) for x in (0, 1) for y in (0, 1) for z in (0, 2)]

@@ -4,7 +4,7 @@ import struct
 import subprocess
 import unittest
 
-from test_programs import BIN, Case, soup
+from case import BIN, Case, soup
 
 SMALL = ("--size", "24x16", "--pixel-samples", "2", "--light-samples", "16")
 TREE = ("--depth", "3", "--method", "sampled", "--samples", "16")

@@ -14,7 +14,7 @@ import unittest
 import urllib.parse
 import xml.etree.ElementTree as xml
 
-from test_programs import BIN, Case, TETRAHEDRON, soup
+from case import BIN, Case, TETRAHEDRON, soup
 
 ODD = os.fsdecode(b"odd '\"\n<&>%\xff.obj")
 NAMES = ("orphan.obj", "renamed.obj", "stale.obj", "sub/far.obj", "tetra.obj", ODD)

@@ -15,7 +15,7 @@ namespace vcd::test {
 
 using namespace render;
 
-inline scenes::Mesh scene_mesh(SourceMesh mesh) {
+inline scenes::Mesh scene_mesh(baker::SourceMesh mesh) {
   return {std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}};
 }
 

@@ -22,7 +22,7 @@ struct JudgedMesh {
   Traced traced;
   baker::Referee referee;
 
-  explicit JudgedMesh(SourceMesh source)
+  explicit JudgedMesh(baker::SourceMesh source)
       : mesh(*baker::prepare(std::move(source))),
         section(*baker::build_hierarchy(mesh)),
         traced(vcd::traced(baker::view_of(section))),
@@ -33,18 +33,18 @@ struct JudgedMesh {
     for (size_t a = 0; a < 3; ++a) longest = std::max(longest, mesh.box_max[a] - mesh.box_min[a]);
     return longest;
   }
-  Position between(FloatRandom& random, float grow) const {
-    Position p;
+  baker::Position between(FloatRandom& random, float grow) const {
+    baker::Position p;
     for (size_t a = 0; a < 3; ++a) {
       const float room = grow * (mesh.box_max[a] - mesh.box_min[a]);
       p[a] = random.between(mesh.box_min[a] - room, mesh.box_max[a] + room);
     }
     return p;
   }
-  Position on_surface(FloatRandom& random) const {
-    const TriangleIndices& t = mesh.triangles[random.below(static_cast<uint32_t>(mesh.triangles.size()))];
+  baker::Position on_surface(FloatRandom& random) const {
+    const baker::TriangleIndices& t = mesh.triangles[random.below(static_cast<uint32_t>(mesh.triangles.size()))];
     const float u = random.uniform(), v = random.uniform() * (1 - u);
-    Position p;
+    baker::Position p;
     for (size_t a = 0; a < 3; ++a) {
       const float corner = mesh.positions[t[0]][a];
       p[a] = corner + u * (mesh.positions[t[1]][a] - corner) + v * (mesh.positions[t[2]][a] - corner);

@@ -21,8 +21,8 @@ constexpr Transform kStill{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 // The cube [-1, 1]^3.
 class LightLimits : public testing::Test {
  protected:
-  static SourceMesh wide_cube() {
-    SourceMesh mesh = cube();
+  static baker::SourceMesh wide_cube() {
+    baker::SourceMesh mesh = cube();
     for (auto& p : mesh.positions)
       for (float& x : p) x = 2 * x - 1;
     return mesh;
@@ -46,7 +46,7 @@ class LightLimits : public testing::Test {
     }
   }
 
-  SourceMesh mesh_ = wide_cube();
+  baker::SourceMesh mesh_ = wide_cube();
   baker::BakedObject baked_ = must_bake(mesh_, proven(kSanitized ? 3 : 4));
   std::vector<std::byte> bytes_ = sidecar_bytes({&baked_});
   std::vector<Sidecar> sidecars_ = [&] {

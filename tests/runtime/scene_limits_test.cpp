@@ -60,7 +60,7 @@ class SceneLimits : public testing::Test {
     }
   }
 
-  SourceMesh mesh_ = cube();
+  baker::SourceMesh mesh_ = cube();
   baker::BakedObject baked_ = must_bake(mesh_, proven(3));
   std::vector<std::byte> bytes_ = sidecar_bytes({&baked_});
   Sidecar sidecar_ = std::move(*Sidecar::open_buffer(bytes_));

@@ -376,7 +376,7 @@ TEST(Glb, IsReadBackBitForBit) {
   const TemporaryFolder folder;
   for (const Scene& scene : small_scenes()) {
     write_file(folder / "scene.glb", scenes::to_glb(scene));
-    const auto read = ingest(folder / "scene.glb");
+    const auto read = baker::ingest(folder / "scene.glb");
     ASSERT_TRUE(read.ok()) << read.error().message;
     EXPECT_TRUE(read->notes.empty());
     ASSERT_EQ(read->meshes.size(), scene.meshes.size());

@@ -101,7 +101,7 @@ class ExactSegment {
 class ExactInstance {
  public:
   // The transform is finite.
-  ExactInstance(const SourceMesh& mesh, const Transform& to_world) : triangles_(mesh.triangles) {
+  ExactInstance(const baker::SourceMesh& mesh, const Transform& to_world) : triangles_(mesh.triangles) {
     unit_ = 1000;
     for (const auto& row : to_world.rows) unit_ = std::min(unit_, lowest_bit(row[3]));
     for (const auto& p : mesh.positions)
@@ -154,7 +154,7 @@ class ExactInstance {
     return near - kSlack * std::abs(near) > far + kSlack * std::abs(far);
   }
 
-  std::vector<TriangleIndices> triangles_;
+  std::vector<baker::TriangleIndices> triangles_;
   std::array<double, 3> low_ = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, high_ = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   std::vector<IntegerVec> vertices_;
   int unit_;  // vertices are in units of 2^unit_

@@ -63,7 +63,7 @@ inline void write_file(const std::filesystem::path& path, Bytes bytes) {
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
 }
 
-inline baker::BakedObject must_bake(SourceMesh mesh, const baker::BakeOptions& options) {
+inline baker::BakedObject must_bake(baker::SourceMesh mesh, const baker::BakeOptions& options) {
   const auto prepared = baker::prepare(std::move(mesh));
   auto baked = bake(*prepared, options);
   if (!baked) throw std::runtime_error(baked.error().message);

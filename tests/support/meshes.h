@@ -9,10 +9,10 @@
 
 namespace vcd::test {
 
-inline SourceMesh triangle() { return {"triangle", 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}}, {{0, 1, 2}}}; }
+inline baker::SourceMesh triangle() { return {"triangle", 0, {{0, 0, 0}, {1, 0, 0}, {0, 1, 0.5f}}, {{0, 1, 2}}}; }
 
-inline SourceMesh cube() {
-  SourceMesh mesh{"cube", 0, {}, {}};
+inline baker::SourceMesh cube() {
+  baker::SourceMesh mesh{"cube", 0, {}, {}};
   for (int i = 0; i < 8; ++i)
     mesh.positions.push_back({static_cast<float>(i & 1), static_cast<float>(i >> 1 & 1), static_cast<float>(i >> 2)});
   mesh.triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
@@ -20,8 +20,8 @@ inline SourceMesh cube() {
   return mesh;
 }
 
-inline SourceMesh sphere(uint32_t rings = 24, uint32_t segments = 48) {
-  SourceMesh mesh{"sphere", 0, {}, {}};
+inline baker::SourceMesh sphere(uint32_t rings = 24, uint32_t segments = 48) {
+  baker::SourceMesh mesh{"sphere", 0, {}, {}};
   for (uint32_t r = 0; r <= rings; ++r)
     for (uint32_t s = 0; s < segments; ++s) {
       const double theta = std::numbers::pi * r / rings, phi = 2 * std::numbers::pi * s / segments;
@@ -39,12 +39,12 @@ inline SourceMesh sphere(uint32_t rings = 24, uint32_t segments = 48) {
 }
 
 // Triangles that hang in the air, like leaves.
-inline SourceMesh leaves(uint32_t count, uint32_t seed = 1) {
-  SourceMesh mesh{"leaves", 0, {}, {}};
+inline baker::SourceMesh leaves(uint32_t count, uint32_t seed = 1) {
+  baker::SourceMesh mesh{"leaves", 0, {}, {}};
   std::mt19937 random(seed);
   const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
   for (uint32_t i = 0; i < count; ++i) {
-    const Position base = {uniform() * 4, uniform() * 3, uniform() * 2};
+    const baker::Position base = {uniform() * 4, uniform() * 3, uniform() * 2};
     for (int corner = 0; corner < 3; ++corner)
       mesh.positions.push_back({base[0] + 0.3f * uniform(), base[1] + 0.3f * uniform(), base[2] + 0.3f * uniform()});
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});

@@ -131,7 +131,7 @@ inline Meets meets(const SegmentOfCell& segment, const std::array<Point, 3>& tri
 inline std::vector<std::array<Point, 3>> triangles_in_grid(const baker::PreparedMesh& mesh) {
   const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
   std::vector<std::array<Point, 3>> out;
-  for (const TriangleIndices& t : mesh.triangles) {
+  for (const baker::TriangleIndices& t : mesh.triangles) {
     auto& triangle = out.emplace_back();
     for (size_t c = 0; c < 3; ++c)
       for (size_t a = 0; a < 3; ++a)

@@ -21,22 +21,22 @@ std::optional<std::array<double, 3>> parse_shift(std::string_view text);
 
 // How the mesh file of a sidecar was read: so it has to be read to be held against the sidecar, or drawn with it. What
 // no sidecar may decide, whether files outside the folder are read, comes from `base`.
-IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions base = {});
+baker::IngestOptions ingest_options_of(const SidecarContents& sidecar, baker::IngestOptions base = {});
 
 // A mesh file, read in a child process, whose meshes are prepared one after another. A mesh that cannot be prepared,
 // since it has no area or no box in 32-bit floats, is left out with a note as long as another one can.
 class MeshFile {
  public:
   // Errors: those of ingest_isolated().
-  static Result<MeshFile> read(const std::filesystem::path& path, const IngestOptions& options,
-                               const IngestLimits& limits = {});
+  static Result<MeshFile> read(const std::filesystem::path& path, const baker::IngestOptions& options,
+                               const baker::IngestLimits& limits = {});
 
   // The next mesh that can be prepared. Nothing when there are no more.
   std::optional<baker::PreparedMesh> next();
 
   // Of the meshes that next() has passed so far:
-  std::optional<Error> fault() const;         // if there was none that can be prepared: why the last one cannot
-  std::vector<Placement> placements() const;  // of those that it gave, which are numbered in that order
+  std::optional<Error> fault() const;                // if there was none that can be prepared: why the last one cannot
+  std::vector<baker::Placement> placements() const;  // of those that it gave, which are numbered in that order
 
   struct Unusable {
     std::string place;  // "mesh 0 NAME"
@@ -44,13 +44,14 @@ class MeshFile {
   };
   const std::vector<Unusable>& unusable() const { return unusable_; }
   const std::vector<std::string>& notes() const { return ingested_.notes; }  // what the file lacks now, a sentence each
-  const std::vector<SourceFile>& sources() const { return ingested_.sources; }
+  const std::vector<baker::SourceFile>& sources() const { return ingested_.sources; }
 
  private:
-  MeshFile(const std::filesystem::path& path, Ingested&& ingested) : path_(path), ingested_(std::move(ingested)) {}
+  MeshFile(const std::filesystem::path& path, baker::Ingested&& ingested)
+      : path_(path), ingested_(std::move(ingested)) {}
 
   std::filesystem::path path_;
-  Ingested ingested_;
+  baker::Ingested ingested_;
   size_t next_ = 0;
   std::vector<uint32_t> given_;  // indices into ingested_.meshes
   std::vector<Unusable> unusable_;
@@ -58,12 +59,12 @@ class MeshFile {
 
 struct LoadedMeshes {
   std::vector<baker::PreparedMesh> meshes;  // at least one
-  std::vector<Placement> placements;
+  std::vector<baker::Placement> placements;
   std::vector<std::string> notes;
 };
 
 // All meshes of a file at once. Errors: those of MeshFile::read() and MeshFile::fault().
-Result<LoadedMeshes> load_meshes(const std::filesystem::path& path, const IngestOptions& options);
+Result<LoadedMeshes> load_meshes(const std::filesystem::path& path, const baker::IngestOptions& options);
 
 // The mesh that is embedded for an object, decoded in a child process. `path` names the sidecar in messages.
 Result<baker::PreparedMesh> embedded_mesh(const std::string& path, const ObjectContents& object);

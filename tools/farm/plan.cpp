@@ -50,7 +50,7 @@ std::vector<std::vector<size_t>> balanced(const std::vector<double>& seconds, si
 
 // Null where it is not there or not JSON.
 Json read_json(const fs::path& path) {
-  const auto text = read_file(path);
+  const auto text = baker::read_file(path);
   if (!text) return nullptr;
   Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   return json.is_discarded() ? Json(nullptr) : json;
@@ -113,7 +113,7 @@ Result<FarmPlan> make_plan(const fs::path& folder, const std::vector<Asset>& ass
 Result<FarmPlan> open_plan(const fs::path& folder) {
   std::error_code error;
   const fs::path path = folder / "plan.json";
-  const auto text = read_file(path);
+  const auto text = baker::read_file(path);
   if (!text) return text.error();
   const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
   const Error fault{ErrorCode::invalid_file, shown(path) + ": not a plan of vc-farm"};

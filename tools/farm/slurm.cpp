@@ -31,7 +31,9 @@ Result<Slurm> Slurm::find(const FarmPlan& plan) {
   return Slurm(plan);
 }
 
-std::string Slurm::job_name() const { return "vc-farm-" + hex(content_hash(plan_->folder.string())).substr(0, 8); }
+std::string Slurm::job_name() const {
+  return "vc-farm-" + hex(baker::content_hash(plan_->folder.string())).substr(0, 8);
+}
 
 std::optional<Error> Slurm::submit(const std::vector<unsigned>& shards, const SlurmOptions& options) {
   std::map<unsigned, std::vector<unsigned>> arrays;

@@ -45,7 +45,7 @@ class Collection {
 
  private:
   void add(const std::vector<std::string>& inputs, const fs::path& output, const BakeSettings& settings) {
-    Found found = find_files(inputs, mesh_extensions());
+    Found found = find_files(inputs, baker::mesh_extensions());
     for (FoundFile& file : found.files) {
       const fs::path sidecar = output.empty() ? sidecar_of(file.path) : output / sidecar_of(file.below);
       assets_.assets.push_back({std::move(file.path), sidecar, settings});
@@ -90,7 +90,7 @@ class Collection {
                      shown(asset.output) + " too");
       if (meshes.contains(output))
         return fault(shown(asset.output) + ": is a mesh to bake, and would be replaced by a sidecar");
-      if (has_extension(output, mesh_extensions()))
+      if (has_extension(output, baker::mesh_extensions()))
         return fault(shown(asset.output) + ": is named like a mesh; a sidecar's name ends in .vcd");
     }
     return std::nullopt;

@@ -219,10 +219,10 @@ class Batch {
 
 std::string failure_key(const Asset& asset) {
   if (has_extension(asset.input, {"gltf", "glb"})) return {};  // it may name other files
-  const auto hash = hash_file(asset.input);
+  const auto hash = baker::hash_file(asset.input);
   if (!hash) return {};
-  return hex(content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" + settings_text(asset.settings, Scope::file) +
-                          "\n" + baker_text()));
+  return hex(baker::content_hash(asset.input.string() + "\n" + hex(*hash) + "\n" +
+                                 settings_text(asset.settings, Scope::file) + "\n" + baker_text()));
 }
 
 std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions& options) {

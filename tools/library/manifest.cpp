@@ -22,7 +22,7 @@ class Manifest {
   Manifest(const fs::path& path, const BakeSettings& base) : path_(path), settings_(base) {}
 
   Result<std::vector<ManifestEntry>> read() {
-    const auto text = read_file(path_);
+    const auto text = baker::read_file(path_);
     if (!text) return text.error();
     const Json json = Json::parse(*text, nullptr, /*allow_exceptions=*/false);
     if (json.is_discarded()) return fault("", "not JSON");

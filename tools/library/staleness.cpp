@@ -21,10 +21,10 @@ std::string why_stale(const Asset& asset, const SidecarContents& sidecar) {
         (section.alignment == kPageAlignment) != (asset.settings.storage == Storage::raw))
       return "stored in another way";
   if (provenance_value(sidecar, "source") != now.at("source")) return "made of a file of another name";
-  const auto hash = hash_file(asset.input);
+  const auto hash = baker::hash_file(asset.input);
   if (!hash || provenance_value(sidecar, "source-xxh3") != hex(*hash)) return "the mesh file has changed";
-  for (const SourceFile& file : dependencies_of(sidecar)) {
-    const auto other = hash_file(asset.input.parent_path() / file.name);
+  for (const baker::SourceFile& file : dependencies_of(sidecar)) {
+    const auto other = baker::hash_file(asset.input.parent_path() / file.name);
     if (!other || *other != file.hash) return shown(file.name) + " has changed";
   }
   return {};
@@ -43,7 +43,7 @@ Staleness staleness_of(const Asset& asset) {
   const auto contents = read_sidecar(file->bytes(), CheckLevel::canonical, findings);
   if (!contents) return stale("its sidecar is damaged");
   if (const std::string reason = why_stale(asset, *contents); !reason.empty()) return stale(reason);
-  for (SourceFile& source : dependencies_of(*contents)) staleness.dependencies.push_back(std::move(source.name));
+  for (baker::SourceFile& source : dependencies_of(*contents)) staleness.dependencies.push_back(std::move(source.name));
   staleness.bytes = file->bytes().size();
   Json objects = Json::array();
   for (const ObjectContents& object : contents->objects) objects.push_back(describe_object(object));

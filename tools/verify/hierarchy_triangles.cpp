@@ -49,7 +49,7 @@ class Comparison {
       index[v] = *found;
     }
     for (uint32_t t = 0; t < static_cast<uint32_t>(std::popcount(leaf.present)); ++t) {
-      TriangleIndices triangle = {index[leaf.corner[0][t]], index[leaf.corner[1][t]], index[leaf.corner[2][t]]};
+      baker::TriangleIndices triangle = {index[leaf.corner[0][t]], index[leaf.corner[1][t]], index[leaf.corner[2][t]]};
       std::ranges::sort(triangle);
       const auto at = std::ranges::lower_bound(mesh_.triangles, triangle);
       if (at == mesh_.triangles.end() || *at != triangle) return fail(child, "a triangle that the mesh has not");
@@ -61,7 +61,7 @@ class Comparison {
   }
 
   // Of a prepared mesh, whose positions are sorted and have no -0.
-  std::optional<uint32_t> index_of(const Position& position) const {
+  std::optional<uint32_t> index_of(const baker::Position& position) const {
     const auto at = std::ranges::lower_bound(mesh_.positions, position);
     using Bits = std::array<uint32_t, 3>;
     if (at == mesh_.positions.end() || std::bit_cast<Bits>(*at) != std::bit_cast<Bits>(position)) return std::nullopt;

@@ -24,7 +24,7 @@ class MeshSource {
 };
 
 // One mesh file, read when it is first asked for.
-std::unique_ptr<MeshSource> against_file(const std::string& path, const IngestOptions& options);
+std::unique_ptr<MeshSource> against_file(const std::string& path, const baker::IngestOptions& options);
 
 // Meshes in memory, which outlive the source.
 std::unique_ptr<MeshSource> against_meshes(std::span<const baker::PreparedMesh> meshes);

@@ -14,7 +14,7 @@ namespace vcd::bench {
 struct InstancesOptions {
   std::string scene;                  // as parse_scene_request() reads it
   std::vector<std::string> sidecars;  // of all its meshes
-  IngestOptions ingest;               // for meshes that none of them has
+  baker::IngestOptions ingest;        // for meshes that none of them has
   bool quiet = false;
   size_t points = 3000;  // bundles of 128 shadow rays, about
   int repetitions = 7;

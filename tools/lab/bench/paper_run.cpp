@@ -5,8 +5,6 @@
 #include <numeric>
 
 #include <vcd/baker/audit.h>
-#include <vcd/baker/measure.h>
-#include <vcd/writer/writer.h>
 
 #include "common/describe.h"
 #include "common/program.h"
@@ -15,6 +13,7 @@
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/sidecars.h"
+#include "scene_bakes.h"
 #include "variant_json.h"
 
 namespace vcd::bench {
@@ -25,8 +24,7 @@ using namespace render;
 namespace {
 
 namespace fs = std::filesystem;
-constexpr const char* kUnclassified = "unclassified";  // a sidecar that answers nothing: what look-ups cost
-constexpr const char* kSingle = "bvh-single";          // ray by ray, as the paper's renderer traced
+constexpr const char* kSingle = "bvh-single";  // ray by ray, as the paper's renderer traced
 
 struct OpenVariant {
   std::string id;
@@ -43,10 +41,10 @@ struct Caster {
 };
 
 // The steps of one scene. Each asks its entry in the results what is there already.
-class SceneRun {
+class SceneRun : SceneEntry {
  public:
   SceneRun(const PaperRunOptions& options, const SceneRequest& request, Results& results)
-      : options_(options), request_(request), results_(results) {}
+      : SceneEntry(request.name, results), options_(options), request_(request) {}
 
   std::optional<Error> run() {
     if (scene().contains("request") && scene()["request"] != describe_request())
@@ -56,7 +54,7 @@ class SceneRun {
     scene()["request"] = describe_request();
     scene()["status"] = "partial";
     scene().erase("error");
-    add_measured_configurations();
+    configurations_ = with_measured(options_.configurations, scene());
     auto world = load_world(request_.source, request_.options, options_.quiet);
     if (!world) return world.error();
     world_.emplace(std::move(*world));
@@ -71,12 +69,6 @@ class SceneRun {
   }
 
  private:
-  Json& scene() { return results_.scene(request_.name); }
-  Json& variant(const std::string& id) { return Results::variant(scene(), id); }
-  fs::path sidecar_path(const std::string& id) const {
-    return results_.folder() / "sidecars" / (request_.name + "-" + id + ".vcd");
-  }
-  std::string label(const std::string& what) const { return request_.name + ": " + what; }
   Json describe_request() const {
     const SceneOptions& o = request_.options;
     const std::string& source = request_.source[0];
@@ -100,22 +92,6 @@ class SceneRun {
     return json;
   }
 
-  // Trees of earlier runs stay in the comparison: all are timed together.
-  void add_measured_configurations() {
-    configurations_ = options_.configurations;
-    for (const Json& v : scene().value("variants", Json::array())) {
-      if (!v.contains("tree") || !v.contains("bake_seconds")) continue;
-      const auto c = Configuration::parse(v["tree"]);
-      if (c && std::none_of(configurations_.begin(), configurations_.end(),
-                            [&](const Configuration& o) { return o.id() == c->id(); }))
-        configurations_.push_back(*c);
-    }
-  }
-
-  Error stopped() const {
-    return {ErrorCode::runtime, request_.name + ": interrupted; the same command goes on from here"};
-  }
-
   void describe_world() {
     Json& s = scene();
     s["title"] = request_.name;
@@ -131,78 +107,7 @@ class SceneRun {
   }
 
   std::optional<Error> bake_all() {
-    std::error_code failed;
-    for (const char* folder : {"sidecars", "images"}) {
-      fs::create_directories(results_.folder() / folder, failed);
-      if (failed)
-        return Error{ErrorCode::io, (results_.folder() / folder).string() + ": cannot be made: " + failed.message()};
-    }
-    for (const Configuration& c : configurations_) {
-      BakeOptions bake;
-      bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
-      variant(c.id())["tree"] = c.text();
-      if (auto error = bake_variant(c.id(), bake)) return error;
-    }
-    return write_unclassified(configurations_[0].depth);
-  }
-
-  std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
-    const fs::path path = sidecar_path(id);
-    if (variant(id).contains("bake_seconds") && fs::exists(path)) return std::nullopt;
-    std::optional<ProgressLine> line(std::in_place, label("baking " + id), options_.quiet);
-    bake.stop = interrupted;
-    bake.threads = options_.render.threads;
-    const auto baked =
-        bake_world(*world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
-    line.reset();
-    if (interrupted()) return stopped();
-    if (!baked) return baked.error();
-    Json& v = variant(id);
-    v["depth"] = bake.depth;
-    v["method"] = method_name(bake.method);
-    if (bake.method == Method::sampled) v["samples"] = bake.samples;
-    return describe_file(id, *baked);
-  }
-
-  std::optional<Error> write_unclassified(uint32_t depth) {
-    if (variant(kUnclassified).contains("bake_seconds") && fs::exists(sidecar_path(kUnclassified))) return std::nullopt;
-    std::vector<BakedObject> objects;
-    for (const WorldObject& object : world_->objects) objects.push_back(make_unclassified_object(object.mesh, depth));
-    const auto written = write_world(*world_, objects, sidecar_path(kUnclassified), interrupted);
-    if (interrupted()) return stopped();
-    if (!written) return written.error();
-    variant(kUnclassified)["depth"] = depth;
-    return describe_file(kUnclassified, {0, 0, *written});
-  }
-
-  std::optional<Error> describe_file(const std::string& id, const WorldBake& baked) {
-    Json& v = variant(id);
-    v["bake_seconds"] = baked.seconds;
-    v["bake_rays"] = baked.rays;
-    v["file_bytes"] = baked.file_bytes;
-    auto opened = open_sidecars(*world_, {sidecar_path(id).string()});
-    if (!opened) return opened.error();
-    describe_trees(opened->objects, v);
-    if (auto error = measure_shipped(opened->files[0], id, v)) return error;
-    return results_.save();
-  }
-
-  // What the file weighs when it is compressed as vc-bake --storage ship does it.
-  std::optional<Error> measure_shipped(const Sidecar& sidecar, const std::string& id, Json& v) {
-    SidecarToWrite ship;
-    ship.storage = Storage::zstd;
-    ship.stop = interrupted;
-    for (const ObjectContents& o : sidecar.contents().objects)
-      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.hierarchy.bytes(), o.clearance,
-                            o.horizon.all_bytes()});
-    const fs::path path = sidecar_path(id + "-ship");
-    const auto written = write_sidecar(path, ship);
-    if (interrupted()) return stopped();
-    if (!written) return written.error();
-    v["ship_bytes"] = *written;
-    std::error_code ignored;
-    fs::remove(path, ignored);
-    return std::nullopt;
+    return bake_missing(*this, *world_, configurations_, options_.render.threads, options_.quiet);
   }
 
   std::optional<Error> open_all() {
@@ -455,7 +360,6 @@ class SceneRun {
 
   const PaperRunOptions& options_;
   const SceneRequest& request_;
-  Results& results_;
   std::optional<World> world_;
   std::vector<Configuration> configurations_;
   std::vector<OpenVariant> open_;
@@ -468,29 +372,6 @@ class SceneRun {
 };
 
 }  // namespace
-
-std::optional<Configuration> Configuration::parse(const std::string& text) {
-  const size_t cross = text.find('x');
-  if (cross != 1 || text[0] < '1' || text[0] > '8') return std::nullopt;
-  const std::string kind = text.substr(cross + 1);
-  Configuration c{static_cast<uint32_t>(text[0] - '0'), Method::sampled, 256};
-  if (kind == "proven" || kind == "hybrid") {
-    c.method = kind == "proven" ? Method::proven : Method::hybrid, c.samples = 0;
-    return c;
-  }
-  for (uint32_t samples : {16, 81, 256})
-    if (kind == std::to_string(samples)) return c.samples = samples, c;
-  return std::nullopt;
-}
-
-std::string Configuration::text() const {
-  return std::to_string(depth) + "x" + (method == Method::sampled ? std::to_string(samples) : method_name(method));
-}
-
-std::string Configuration::id() const {
-  return "d" + std::to_string(depth) + "-" +
-         (method == Method::sampled ? "n" + std::to_string(samples) : method_name(method));
-}
 
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results) {
   std::vector<int> codes;

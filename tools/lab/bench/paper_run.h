@@ -1,30 +1,15 @@
 // The paper's Tables 1 and 2 for one scene after another, and what goes beyond them: every figure of the report.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <vector>
 
-#include <vcd/format/layout.h>
-
+#include "configuration.h"
 #include "render/renderer.h"
 #include "render/scene_source.h"
 #include "results.h"
 
 namespace vcd::bench {
-
-// A tree to bake of each scene.
-struct Configuration {
-  uint32_t depth;
-  Method method;
-  uint32_t samples;  // as BakeOptions has them
-
-  // "5x256", "5xproven", "5xhybrid" and back; nothing if it is none of these.
-  static std::optional<Configuration> parse(const std::string& text);
-  std::string text() const;
-
-  std::string id() const;  // of files and in the results
-};
 
 struct SceneRequest {
   std::string name;                 // in the results, and of its files

@@ -39,7 +39,7 @@ struct StabilitySweep {
   std::string id, title, parameter, scale;  // scale: log, linear, category
   struct Point {
     nlohmann::ordered_json x;
-    std::function<SourceMesh()> mesh;  // null: that of the point before
+    std::function<baker::SourceMesh()> mesh;  // null: that of the point before
     SegmentMaker segment;
     uint64_t rays;
   };

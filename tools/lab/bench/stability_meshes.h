@@ -11,15 +11,15 @@
 
 namespace vcd::bench {
 
-SourceMesh stability_sphere(uint32_t rings = 12, uint32_t segments = 20);
-SourceMesh stability_soup(uint32_t triangles);  // in a unit cube, edges of about a tenth
-SourceMesh stability_slivers(uint32_t triangles, float aspect);
-SourceMesh scaled(SourceMesh mesh, const Position& factor);
-SourceMesh shifted(SourceMesh mesh, const Position& by);
+baker::SourceMesh stability_sphere(uint32_t rings = 12, uint32_t segments = 20);
+baker::SourceMesh stability_soup(uint32_t triangles);  // in a unit cube, edges of about a tenth
+baker::SourceMesh stability_slivers(uint32_t triangles, float aspect);
+baker::SourceMesh scaled(baker::SourceMesh mesh, const baker::Position& factor);
+baker::SourceMesh shifted(baker::SourceMesh mesh, const baker::Position& by);
 
 // Open, closed, inverted, self-intersecting, duplicated, T-junctioned, bow-tie, non-manifold, Möbius strip, one
 // triangle, soup.
-std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_triangles);
+std::vector<std::pair<std::string, baker::SourceMesh>> stability_kinds(uint32_t soup_triangles);
 
 using Random = std::mt19937_64;
 

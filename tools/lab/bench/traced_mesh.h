@@ -13,7 +13,7 @@ namespace vcd::bench {
 
 struct MeshToRead {
   std::string path;
-  IngestOptions ingest = {};
+  baker::IngestOptions ingest = {};
   bool quiet = false;  // no notes of what the file lacks
 };
 

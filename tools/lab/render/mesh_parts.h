@@ -12,13 +12,13 @@
 namespace vcd::render {
 
 struct FileOptions {
-  IngestOptions ingest;               // for meshes that no sidecar has
+  baker::IngestOptions ingest;        // for meshes that no sidecar has
   std::vector<std::string> sidecars;  // a mesh file is read as the one says that has its meshes
 };
 
 struct PlacedParts {
-  std::vector<WorldPart> parts;       // each stands somewhere
-  std::vector<Placement> placements;  // of the parts
+  std::vector<WorldPart> parts;              // each stands somewhere
+  std::vector<baker::Placement> placements;  // of the parts
 };
 
 // The meshes of one file stand as its nodes say; those of several files stand together as they are. What stands nowhere

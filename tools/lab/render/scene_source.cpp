@@ -42,8 +42,8 @@ struct Bounds {
 // About all vertices where they stand.
 Bounds bounds_of(const PlacedParts& placed) {
   Bounds bounds;
-  for (const Placement& placement : placed.placements)
-    for (const Position& p : placed.parts[placement.mesh].mesh.positions)
+  for (const baker::Placement& placement : placed.placements)
+    for (const baker::Position& p : placed.parts[placement.mesh].mesh.positions)
       bounds.add(moved(placement.transform, {p[0], p[1], p[2]}));
   return bounds;
 }
@@ -67,7 +67,7 @@ void bring_near(PlacedParts& placed) {
   if (bounds.farthest() < kFar * size && size < kLargeChild && size > 1 / kLargeChild) return;
   const Point middle = bounds.middle();
   const double scale = size < kLargeChild && size > 1 / kLargeChild ? 1 : 1 / size;
-  for (Placement& placement : placed.placements) {
+  for (baker::Placement& placement : placed.placements) {
     Matrix& m = placement.transform;
     m[3] -= middle.x, m[7] -= middle.y, m[11] -= middle.z;
     for (double& number : m) number *= scale;
@@ -99,7 +99,7 @@ scenes::Mesh box_mesh(const Bounds& box) {
 // One object in one place is drawn in its own frame, in which lights and camera must keep their shape.
 void unbend_single(PlacedParts& placed, bool quiet) {
   Matrix& m = placed.placements[0].transform;
-  const Matrix untouched = Placement{}.transform;
+  const Matrix untouched = baker::Placement{}.transform;
   if (!keeps_shape(m)) {
     if (!quiet)
       print_note(placed.parts[0].source +
@@ -118,14 +118,14 @@ Result<World> from_files(const std::vector<std::string>& paths, const SceneOptio
   const bool is_single = placed->placements.size() == 1;
   if (is_single) unbend_single(*placed, quiet);
   scenes::Scene scene;
-  if (is_single && placed->placements[0] == Placement{}) {
+  if (is_single && placed->placements[0] == baker::Placement{}) {
     scene = scenes::around({"", placed->parts[0].mesh.positions, {}, {}}, options.up, options.turn_degrees);
   } else {
     bring_near(*placed);
     scene = scenes::around(box_mesh(bounds_of(*placed)), options.up, options.turn_degrees);
     const scenes::Transform turn = scene.instances[0].transform;
     scene.instances.clear();
-    for (const Placement& placement : placed->placements)
+    for (const baker::Placement& placement : placed->placements)
       scene.instances.push_back({static_cast<uint32_t>(placement.mesh), after(turn, placement.transform)});
   }
   scene.meshes.clear();

@@ -37,6 +37,15 @@ bool can_have_horizons(const HierarchyView& hierarchy);
 std::optional<Horizons> build_horizons(const PreparedMesh& mesh, const HierarchyView& hierarchy,
                                        const std::function<bool()>& stop = {});
 
+// What build_horizons() would give and take, from some of the triangles.
+struct HorizonForecast {
+  HorizonShare share;
+  uint64_t bytes = 0;  // 0: they would not be worth it
+  double seconds = 0;  // on the threads at hand
+};
+std::optional<HorizonForecast> forecast_horizons(const PreparedMesh& mesh, const HierarchyView& hierarchy,
+                                                 const std::function<bool()>& stop = {});
+
 // What HorizonHeader::order_xxh3 says of a mesh.
 uint64_t order_of(const PreparedMesh& mesh);
 

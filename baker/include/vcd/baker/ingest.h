@@ -12,7 +12,7 @@
 #include <vcd/baker/source.h>
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 struct IngestOptions {
   // Bake alpha-masked, blended, transmissive, skinned and morphed parts as if they were opaque and rigid, as they
@@ -68,11 +68,11 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
 // Of the files that ingest() reads, in lower case and without the dot: "glb", "gltf", …
 std::vector<std::string> mesh_extensions();
 
-using IngestLimits = baker::ChildLimits;
+using IngestLimits = ChildLimits;
 
 // ingest() in a child process with limits on time and memory: a file that crashes, hangs or floods its parser ends in
 // an Error (code runtime for a crash, a time-out or exhausted memory), and the caller lives on.
 Result<Ingested> ingest_isolated(const std::filesystem::path& path, const IngestOptions& options = {},
                                  const IngestLimits& limits = {});
 
-}  // namespace vcd
+}  // namespace vcd::baker

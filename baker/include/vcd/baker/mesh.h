@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace vcd {
+namespace vcd::baker {
 
 using Position = std::array<float, 3>;            // x, y, z in the object's own frame and unit
 using TriangleIndices = std::array<uint32_t, 3>;  // into the positions of the same mesh, counter-clockwise or not
@@ -32,4 +32,4 @@ struct SourceMesh {
   LeftOut left_out = {};
 };
 
-}  // namespace vcd
+}  // namespace vcd::baker

@@ -9,7 +9,7 @@
 
 #include <vcd/format/error.h>
 
-namespace vcd {
+namespace vcd::baker {
 
 using ContentHash = std::array<uint8_t, 16>;  // XXH3-128, most significant byte first
 
@@ -28,4 +28,4 @@ Result<std::string> read_file(const std::filesystem::path& path);
 // content_hash() of such a file, which is not held in memory as a whole. Errors: io.
 Result<ContentHash> hash_file(const std::filesystem::path& path);
 
-}  // namespace vcd
+}  // namespace vcd::baker

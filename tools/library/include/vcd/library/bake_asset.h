@@ -14,7 +14,7 @@ struct BakeContext {
   unsigned threads = 0;         // 0: all
   std::filesystem::path cache;  // folder of baked objects; empty: none
   bool reuse = false;           // take objects that did not change from the sidecar in place
-  IngestLimits ingest;          // of the parser's own child process
+  baker::IngestLimits ingest;   // of the parser's own child process
   std::function<void(const std::string&)> on_stage = [](const std::string&) {};  // "reading", "baking", …
   std::function<void(const baker::BakeProgress&)> on_progress = [](const baker::BakeProgress&) {};
 };

@@ -43,7 +43,7 @@ inline const std::vector<std::string> kSidecarExtensions = {"vcd"};  // of meshe
 // For what is written beside them: by its name the path is neither a mesh nor a sidecar, which a slip of the hand would
 // replace.
 inline bool may_be_written(const std::filesystem::path& path) {
-  return !has_extension(path, mesh_extensions()) && !has_extension(path, kSidecarExtensions);
+  return !has_extension(path, baker::mesh_extensions()) && !has_extension(path, kSidecarExtensions);
 }
 
 }  // namespace vcd::library

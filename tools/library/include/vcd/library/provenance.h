@@ -19,7 +19,7 @@ std::string baker_text();  // program, version, kBakeRevision
 // sources   the files that were read, the mesh file first
 // left_out  for each object that lacks parts of its source a line "SOURCE_INDEX not-opaque=N deforming=N"
 // demand    for each object that was baked for one a line as demand_line() makes it
-std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<SourceFile>& sources,
+std::map<std::string, std::string> provenance_of(const Asset& asset, const std::vector<baker::SourceFile>& sources,
                                                  const std::string& left_out = {}, const std::string& demand = {});
 
 // "SOURCE_INDEX kept-out=N answered=SHARE wrong=N": what came of segments of the demand that were kept out of the bake.
@@ -28,6 +28,6 @@ std::string demand_line(uint32_t source_index, const baker::DemandReport& report
 std::string_view provenance_value(const SidecarContents& sidecar, std::string_view key);  // empty where there is none
 
 // The files that the mesh file named when the sidecar was made of it.
-std::vector<SourceFile> dependencies_of(const SidecarContents& sidecar);
+std::vector<baker::SourceFile> dependencies_of(const SidecarContents& sidecar);
 
 }  // namespace vcd::library

@@ -35,6 +35,7 @@ struct BakeSettings {
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
   bool no_hierarchy = false;
+  bool horizons = false;
   bool embed_geometry = false;
   bool all_as_opaque = false;
   std::array<double, 3> shift = {};  // subtracted from all coordinates
@@ -45,7 +46,7 @@ struct BakeSettings {
 
   // Threads, progress and stop are the caller's, and so is the demand: read_demand() of its file.
   baker::BakeOptions bake_options() const;
-  IngestOptions ingest_options() const;
+  baker::IngestOptions ingest_options() const;
 };
 
 // What a setting decides: the content of each object; which triangles the asset's objects have, too; how the file

@@ -19,7 +19,7 @@ namespace vcd::verify {
 struct CheckOptions {
   std::string against;             // a mesh file; or
   Library* library = nullptr;      // a library; or neither: embedded geometry is all there is
-  IngestOptions ingest;            // of what no sidecar says: files_outside
+  baker::IngestOptions ingest;     // of what no sidecar says: files_outside
   std::optional<Segment> segment;  // asked and traced instead of an audit
   baker::AuditOptions audit;
   double max_wrong = -1;  // share of wrong answers that is accepted; negative: by method

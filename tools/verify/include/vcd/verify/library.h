@@ -46,13 +46,13 @@ class Library {
 
   // Reads every asset by default in a child process, one a thread; no more meshes are in memory at once than an asset
   // has for each thread. `ingest` says what no sidecar does: files_outside.
-  Library(std::vector<library::FoundFile> files, IngestOptions ingest, Stop stop);
+  Library(std::vector<library::FoundFile> files, baker::IngestOptions ingest, Stop stop);
 
   // Assets are numbered in the order of the files. Safe from any thread, but for any_other_reading_has(), which comes
   // when all are read.
   size_t size() const { return files_.size(); }
   const library::FoundFile& file(size_t asset) const { return files_[asset]; }
-  IngestOptions options(const Way& way) const;
+  baker::IngestOptions options(const Way& way) const;
 
   // One asset read in one way, now or before.
   const Reading& reading(size_t asset, const Way& way);
@@ -80,7 +80,7 @@ class Library {
   void read_all(const Way& way, Index& index);
 
   std::vector<library::FoundFile> files_;
-  IngestOptions ingest_;
+  baker::IngestOptions ingest_;
   Stop stop_;
   std::map<std::filesystem::path, std::vector<size_t>> by_place_, by_path_below_, by_name_;
   mutable std::mutex mutex_;  // of the two maps, not of what they hold
