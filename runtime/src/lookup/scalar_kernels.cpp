@@ -2,6 +2,7 @@
 
 #include "hierarchy/fan.h"
 #include "hierarchy/traced.h"
+#include "horizon/above.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,7 +108,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &measure,
                                   &to_object,
                                   &scene_one,
-                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar}};
+                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar},
+                                  {&above_array_scalar, &above_fan_scalar}};
   return kernels;
 }
 

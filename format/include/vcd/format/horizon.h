@@ -189,13 +189,18 @@ inline void corner_of(const HierarchyLeaf<kVertices>& leaf, uint32_t triangle, u
   for (uint32_t a = 0; a < 3; ++a) corner[a] = leaf.vertex[a][v];
 }
 
-inline bool frame_at(const HierarchyView& hierarchy, uint32_t place, HorizonFrame& frame) {
-  return with_leaf(hierarchy, leaf_of(place), [&](const auto& leaf) {
-    float p[3], q[3], r[3];
-    const uint32_t i = triangle_of(place), turned = place >> 31;
+// The corners of a place in the order of its side.
+inline void corners_at(const HierarchyView& hierarchy, uint32_t place, float (&p)[3], float (&q)[3], float (&r)[3]) {
+  const uint32_t i = triangle_of(place), turned = place >> 31;
+  with_leaf(hierarchy, leaf_of(place), [&](const auto& leaf) {
     corner_of(leaf, i, 0, p), corner_of(leaf, i, 1 + turned, q), corner_of(leaf, i, 2 - turned, r);
-    return make_horizon_frame(p, q, r, frame);
   });
+}
+
+inline bool frame_at(const HierarchyView& hierarchy, uint32_t place, HorizonFrame& frame) {
+  float p[3], q[3], r[3];
+  corners_at(hierarchy, place, p, q, r);
+  return make_horizon_frame(p, q, r, frame);
 }
 
 inline uint64_t codes_of(const HorizonEntry& entry) {
