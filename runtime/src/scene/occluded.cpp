@@ -198,6 +198,16 @@ void find_self(const Asked& asked, Chunk& chunk) {
   }
 }
 
+// Of the segments that begin on an instance, those that its horizons prove clear of it.
+SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  SampleBits clear{};
+  if (asked.query.primitives.empty()) return clear;
+  for (size_t i : bits)
+    clear.set(i, vcd::clear_of_self(asked.scene.data, asked.query, asked.one_origin ? 0 : chunk.first + i, instance,
+                                    segment_at(chunk.columns.view(i, 1), 0)));
+  return clear;
+}
+
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
   for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
@@ -205,7 +215,9 @@ void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments)
     for (size_t i = 0; i < chunk.count; ++i) chunk.odd.set(i, !is_trusted(segments[i]));
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
-  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
+  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) {
+    leave(asked, chunk, instance, bits.without(clear_of_self(asked, chunk, instance, bits)));
+  });
   trace_left(asked, chunk);
   if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
     for (size_t r = 0; r < runs; ++r)
@@ -220,7 +232,9 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
             const BundleChunk& samples) {
   fill(chunk.columns, bundle, samples);
   const uint32_t self = asked.self(0);
-  if (self != kNoInstance) leave(asked, chunk, self, chunk.all), trace_left(asked, chunk);
+  if (self != kNoInstance)
+    leave(asked, chunk, self, chunk.all.without(clear_of_self(asked, chunk, self, chunk.all))),
+        trace_left(asked, chunk);
   const SceneData& data = asked.scene.data;
   const float* const directions[3] = {chunk.columns.direction[0], chunk.columns.direction[1],
                                       chunk.columns.direction[2]};

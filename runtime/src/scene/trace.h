@@ -7,20 +7,13 @@
 #include "hierarchy/traced.h"
 #include "lookup/grids.h"
 #include "lookup/object_data.h"
+#include "scene/in_object.h"
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
 #include "scene/trusted.h"
 #include "scene/walk.h"
 
 namespace vcd {
-
-// A segment in the frame of an instance's object; nothing where that frame cannot hold it.
-inline std::optional<Segment> in_object(const SceneData& scene, uint32_t instance, const Segment& segment) noexcept {
-  const ToGrid& grid = scene.to_grid[instance];
-  const ToFrame& frame = scene.to_frame[instance];
-  if (!has_inverse(grid)) return std::nullopt;
-  return is_trusted(segment) ? in_frame(frame, in_grid(grid, segment)) : far_in_frame(grid, frame, segment);
-}
 
 // Whether a triangle of the instance, its corners moved into the world and rounded there, meets the segment. Looks at
 // all of them: for flat transforms, and for what floats hold in the world alone.
@@ -47,7 +40,8 @@ template <class BoxesMet, class Trace>
 bool occluded_in_scene(const SceneData& scene, const Segment& segment, const SceneQuery& query,
                        const BoxesMet& boxes_met, const Trace& trace) {
   const uint32_t self = query.origins.empty() ? kNoInstance : query.origins[0];
-  if (self != kNoInstance && (scene.masks[self] & query.mask) && blocks(scene, self, segment, false, trace))
+  if (self != kNoInstance && (scene.masks[self] & query.mask) && !clear_of_self(scene, query, 0, self, segment) &&
+      blocks(scene, self, segment, false, trace))
     return true;
   bool blocked = false;
   const auto ask = [&](uint32_t instance) {

@@ -4,6 +4,7 @@
 #include <bit>
 #include <span>
 
+#include "scene/in_object.h"
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
 #include "scene/trusted.h"
@@ -49,8 +50,9 @@ void walk_segments(const SceneData& scene, std::span<const Segment> segments, co
     walk(
         scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },
         [&](uint32_t instance) {
-          if (instance == self) answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
-          else ask(ScenePair{s, instance});
+          if (instance != self) ask(ScenePair{s, instance});
+          else if (!clear_of_self(scene, query, s, instance, segment))
+            answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
         });
   }
 }
