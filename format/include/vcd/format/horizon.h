@@ -93,7 +93,7 @@ struct HorizonFrame {
 namespace horizon {
 // Of a segment that is answered: how far its begin may be from corner 0, and how far it may be moved by t_min, in each
 // component and in `size`; how high above the triangle it must begin; how far inside, as an area.
-inline constexpr float kNear = 2, kLowest = 0x1p-16f, kInside = 0x1p-15f;
+inline constexpr float kNear = 2, kLowest = 0x1p-16f, kInside = 0x1p-14f;
 // Of a direction: its greatest component.
 inline constexpr float kShortest = 0x1p-40f, kLongest = 0x1p40f;
 // Steeper directions count as straight up: they belong to no sector.
