@@ -9,6 +9,7 @@
 
 #include <tbb/info.h>
 
+#include <vcd/baker/audit_horizons.h>
 #include <vcd/baker/hierarchy.h>
 #include <vcd/baker/horizon.h>
 #include <vcd/baker/threads.h>
@@ -233,6 +234,22 @@ std::optional<Error> audit_if_asked(const PreparedMesh& mesh, BakedObject& objec
   return std::nullopt;
 }
 
+// Holds horizons against exact arithmetic.
+std::optional<Error> audit_horizons_if_asked(const PreparedMesh& mesh, const ObjectToWrite& object,
+                                             const BakeOptions& options) {
+  if (options.audit_lines == 0 || object.horizon.empty()) return std::nullopt;
+  begin(BakePass::audit, options);
+  const HorizonAudit audit = with_threads(options.threads, [&] {
+    return audit_horizons(mesh, {object.hierarchy.data()}, {object.horizon.data()}, options.audit_lines / 4,
+                          options.stop);
+  });
+  if (audit.stopped) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
+  if (audit.wrong == 0) return std::nullopt;
+  return Error{ErrorCode::difference, place_of(mesh) + ": " + std::to_string(audit.wrong) + " of " +
+                                          std::to_string(audit.clear) +
+                                          " answers of its horizons are wrong: a fault of vcd"};
+}
+
 std::optional<Error> judge_if_asked(const PreparedMesh& mesh, BakedObject& object, std::span<const AskedSegment> asked,
                                     const BakeOptions& options) {
   if (!options.demand) return std::nullopt;
@@ -305,7 +322,11 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
     tell_what_is_missing(object);
     return object;
   };
-  if (all_options.method == Method::none) return without_answers({});
+  const auto audited = [&](BakedObject&& object) -> Result<BakedObject> {
+    if (auto wrong = audit_horizons_if_asked(mesh, object.to_write(), all_options)) return std::move(*wrong);
+    return std::move(object);
+  };
+  if (all_options.method == Method::none) return audited(without_answers({}));
   const BakeOptions options = without_bytes(all_options, hierarchy->bytes() + horizons->section.size);
 
   begin(BakePass::trace, options);
@@ -316,7 +337,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
 
   auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
   uint32_t depth = plan ? plan->depth : options.depth;
-  if (depth == 0 && !options.demand) return without_answers(std::move(plan));
+  if (depth == 0 && !options.demand) return audited(without_answers(std::move(plan)));
   if (auto too_small = check_budget(mesh, std::max(depth, kMinDepth), options.budget_bytes, *hierarchy))
     return std::move(*too_small);
 
@@ -348,7 +369,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   tell_what_is_missing(object);
   if (auto wrong = audit_if_asked(mesh, object, options)) return std::move(*wrong);
   if (auto wrong = judge_if_asked(mesh, object, asked, options)) return std::move(*wrong);
-  return object;
+  return audited(std::move(object));
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <vcd/baker/audit_horizons.h>
 #include <vcd/baker/horizon.h>
 #include <vcd/baker/threads.h>
 #include <vcd/format/layout.h>
@@ -196,6 +197,25 @@ TEST(Horizons, AreCanonical) {
   const Subject subject(sphere(12, 20));
   const Horizons horizons = subject.horizons();
   EXPECT_FALSE(check_horizon(bytes_of(horizons), view_of(subject.section), CheckLevel::canonical));
+}
+
+TEST(Horizons, AreAudited) {
+  const Subject subject(box_without_lid(0.2f));
+  Horizons horizons = subject.horizons();
+  ASSERT_TRUE(horizons.section.data);
+  const HorizonView view{horizons.section.data.get()};
+  const auto audit = [&] {
+    return audit_horizons(subject.mesh, view_of(subject.section), view, 20000 / (kSanitized ? 5 : 1));
+  };
+  const HorizonAudit sound = audit();
+  EXPECT_EQ(sound.wrong, 0u);
+  EXPECT_GT(sound.clear, sound.segments / 4);
+  // With lower slopes than those that are true.
+  auto& header = *reinterpret_cast<HorizonHeader*>(horizons.section.data.get());
+  for (auto& table : header.slope)
+    for (float& slope : table) slope *= 0.9f;
+  EXPECT_GT(audit().wrong, 10u);
+  EXPECT_TRUE(audit_horizons(subject.mesh, view_of(subject.section), view, 100, [] { return true; }).stopped);
 }
 
 TEST(Horizons, StopAndForecast) {

@@ -239,7 +239,7 @@ TEST_F(Contents, EveryFindingIsFound) {
       {FindingId::hierarchy_leaf, [](Sidecar& f) { f.hierarchy_leaf().corner[2][15] = 1; }},
       {FindingId::hierarchy_box, [](Sidecar& f) { f.hierarchy_root().min[1][0] = -1; }},
       {FindingId::horizon_size, [](Sidecar& f) { f.horizon().entries -= 1; }, true, self_},
-      {FindingId::horizon_slopes, [](Sidecar& f) { f.horizon().slope[2][14] = 1e-3f; }, true, self_},
+      {FindingId::horizon_slopes, [](Sidecar& f) { f.horizon().slope[2][14] = 0; }, true, self_},
       {FindingId::horizon_place, [](Sidecar& f) { f.horizon_entry(9).place += 1; }, true, self_},
       {FindingId::provenance, [](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
   };
