@@ -361,4 +361,9 @@ void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* 
   occluded(scene->scene, translate(*bundle), trace, context, blocked, translate(query, 1));
 }
 
+void vcd_scene_occluded_point(const vcd_scene* scene, const vcd_point_bundle* bundle, const vcd_scene_query* query,
+                              vcd_trace_unclassified trace, void* context, uint64_t* blocked) {
+  occluded(scene->scene, translate(*bundle), trace, context, blocked, translate(query, 1));
+}
+
 }  // extern "C"

@@ -42,6 +42,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &MeasureChunk,
                                   &ToObject,
                                   &OccludedInScene,
+                                  &OccludedArrayInScene,
                                   {&Occluded, &OccludedArray, &OccludedFan},
                                   {&AboveArray, &AboveFan}};
   return kernels;

@@ -85,6 +85,7 @@ struct Kernels {
                     float* const (&direction)[3]) noexcept;
 
   bool (*occluded_in_scene)(const SceneData&, const Segment&, const SceneQuery&) noexcept;
+  SampleBits (*occluded_array_in_scene)(const SceneData&, std::span<const Segment>, const SceneQuery&) noexcept;
 
   TraceKernels trace;
   HorizonKernels horizon;

@@ -20,15 +20,22 @@ inline std::optional<Segment> in_object(const SceneData& scene, uint32_t instanc
   return is_trusted(segment) ? in_frame(frame, in_grid(grid, segment)) : far_in_frame(grid, frame, segment);
 }
 
-// Whether the query names the triangle of `instance` that segment i of it begins on, and the horizons prove that the
-// instance does not block the segment. A bundle has one triangle, i = 0.
-inline bool clear_of_self(const SceneData& scene, const SceneQuery& query, size_t i, uint32_t instance,
-                          const Segment& segment) noexcept {
-  if (i >= query.primitives.size()) return false;
-  const ObjectData* const object = scene.sidecars[instance];
+// Where a segment of a query begins.
+struct Begin {
+  uint32_t instance = kNoInstance, primitive = kNoPrimitive;
+};
+inline Begin begin_of(const SceneQuery& query, size_t i) {
+  return {i < query.origins.size() ? query.origins[i] : kNoInstance,
+          i < query.primitives.size() ? query.primitives[i] : kNoPrimitive};
+}
+
+// Whether horizons prove that the instance that the segment begins on does not block it.
+inline bool clear_of_self(const SceneData& scene, const Begin& begin, const Segment& segment) noexcept {
+  if (begin.primitive == kNoPrimitive) return false;
+  const ObjectData* const object = scene.sidecars[begin.instance];
   if (!object || !object->horizons.view) return false;
-  const std::optional<Segment> moved = in_object(scene, instance, segment);
-  return moved && clear_of_horizon(object->horizons.view, object->horizons.hierarchy, *moved, query.primitives[i]);
+  const std::optional<Segment> moved = in_object(scene, begin.instance, segment);
+  return moved && is_clear(object->horizons, *moved, begin.primitive);
 }
 
 }  // namespace vcd

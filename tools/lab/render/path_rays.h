@@ -12,7 +12,6 @@
 namespace vcd::render {
 
 inline constexpr uint32_t kMostBounces = 4;
-inline constexpr uint32_t kNoPrimitive = 0xFFFFFFFF;
 
 struct PathSettings {
   size_t paths = 100'000;

@@ -255,14 +255,15 @@ int vcd_scene_occluded_self(const vcd_scene* scene, const vcd_segment* segment, 
 
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
  * is asked for what look-ups leave unclassified; NULL: the objects' own hierarchies are, and
- * vcd_scene_has_hierarchies must be 1. query: NULL for all instances
- * and no origins. */
+ * vcd_scene_has_hierarchies must be 1. query: NULL for all instances and no origins. */
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,
                         vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 void vcd_scene_occluded_quad(const vcd_scene* scene, const vcd_quad_bundle* bundle, const vcd_scene_query* query,
                              vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 void vcd_scene_occluded_sphere(const vcd_scene* scene, const vcd_sphere_bundle* bundle, const vcd_scene_query* query,
                                vcd_trace_unclassified trace, void* context, uint64_t* blocked);
+void vcd_scene_occluded_point(const vcd_scene* scene, const vcd_point_bundle* bundle, const vcd_scene_query* query,
+                              vcd_trace_unclassified trace, void* context, uint64_t* blocked);
 
 #ifdef __cplusplus
 }
