@@ -15,6 +15,9 @@ HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
 
+// In the place of one that is not there: nothing is above it, whatever its corners are.
+inline constexpr HorizonEntry kNoHorizon{0, {0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}};
+
 struct FrameLanes {
   Floats corner[3], x[3], y[3], n[3], size, u[3], v[3], top;
   Truth usable;
@@ -117,18 +120,19 @@ SampleBits AboveArray(const Horizons& horizons, const Segment* segments, const u
   SampleBits clear{};
   for (size_t first = 0; first < count; first += kWidth) {
     const size_t some = std::min(kWidth, count - first);
-    HWY_ALIGN float corners[3][3][kWidth] = {};  // without a primitive: a triangle of no area
-    HWY_ALIGN float never[kWidth] = {};
-    HWY_ALIGN float slope[kWidth] = {};
-    uint64_t codes[kWidth] = {};
-    uint32_t table[kWidth] = {};
-    Segment rest[kWidth] = {};
-    for (size_t lane = 0; lane < some; ++lane) {
-      rest[lane] = segments[first + lane];
-      const uint32_t primitive = primitives[first + lane];
-      if (primitive >= header.entries) continue;
-      const HorizonEntry& entry = horizons.view.entries()[primitive];
-      codes[lane] = codes_of(entry), table[lane] = table_of(entry.place), never[lane] = has_never(codes[lane]);
+    HWY_ALIGN float corners[3][3][kWidth];
+    HWY_ALIGN float never[kWidth];
+    HWY_ALIGN float slope[kWidth];
+    uint64_t codes[kWidth];
+    uint32_t table[kWidth];
+    Segment rest[kWidth];
+    for (size_t lane = 0; lane < kWidth; ++lane) {
+      const size_t i = std::min(first + lane, count - 1);  // behind the last it is repeated
+      rest[lane] = segments[i];
+      const bool known = primitives[i] < header.entries;
+      const HorizonEntry& entry = known ? horizons.view.entries()[primitives[i]] : kNoHorizon;
+      codes[lane] = codes_of(entry), table[lane] = table_of(entry.place);
+      never[lane] = known && !has_never(codes[lane]) ? 0.0f : 1.0f;
       float p[3], q[3], r[3];
       corners_at(horizons.hierarchy, entry.place, p, q, r);
       for (size_t a = 0; a < 3; ++a) corners[0][a][lane] = p[a], corners[1][a][lane] = q[a], corners[2][a][lane] = r[a];
@@ -142,7 +146,7 @@ SampleBits AboveArray(const Horizons& horizons, const Segment* segments, const u
     const Azimuths at = azimuths(frame, lanes.direction);
     HWY_ALIGN uint32_t sector[kWidth];
     hn::Store(at.sector, U(), sector);
-    for (size_t lane = 0; lane < some; ++lane)
+    for (size_t lane = 0; lane < kWidth; ++lane)
       slope[lane] = header.slope[table[lane]][horizon_code(codes[lane], sector[lane])];
     const Truth above = is_above(at, hn::Load(F(), slope), hn::Gt(hn::Load(F(), never), hn::Zero(F())));
     const uint64_t bits = bits_of(hn::And(begin, above)) & ((uint64_t{1} << some) - 1);

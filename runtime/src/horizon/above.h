@@ -14,10 +14,8 @@ struct Horizons {
   HierarchyView hierarchy{};
 };
 
-// clear_of_horizon(), where there are any.
-inline bool is_clear(const Horizons& horizons, const Segment& segment, uint32_t primitive) noexcept {
-  return horizons.view && clear_of_horizon(horizons.view, horizons.hierarchy, segment, primitive);
-}
+// clear_of_horizon(), where there are any; without a branch that scattered segments would mispredict.
+bool is_clear(const Horizons& horizons, const Segment& segment, uint32_t primitive) noexcept;
 
 // Those of at most kChunk segments that are clear; primitives[i] is what segment i begins on.
 SampleBits above_array_scalar(const Horizons& horizons, const Segment* segments, const uint32_t* primitives,
