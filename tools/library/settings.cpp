@@ -31,6 +31,8 @@ constexpr Word kMethods[] = {
 constexpr Word kSamples[] = {{"16", 16}, {"81", 81}, {"256", 256}};
 constexpr Word kStorages[] = {{"raw", value_of(Storage::raw)}, {"ship", value_of(Storage::zstd)}};
 
+constexpr Word kAxes[] = {{"none", 0}, {"x", 1}, {"y", 2}, {"z", 3}};
+
 constexpr Setting kSettings[] = {
     {.name = "depth",
      .letter = 'd',
@@ -85,6 +87,23 @@ constexpr Setting kSettings[] = {
      .help = "Bake for this demand: deep where a scene's rays go, best first, until a budget ends it; as coarse as the "
              "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes, and "
              "--budget-mb is 8 by default",
+     .zero_is_none = true},
+    {.name = "for-lights",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::for_lights,
+     .help =
+         "As --for, for shadow rays between the lights of a glTF scene, the ground below it and its surfaces, where "
+         "its nodes\nplace them: no renderer is needed",
+     .zero_is_none = true},
+    {.name = "for-above",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::word,
+     .member = &BakeSettings::for_above,
+     .help = "As --for, for shadow rays from the ground below each mesh to the whole sky; the axis that points up",
+     .words = kAxes,
      .zero_is_none = true},
     {.name = "seed",
      .letter = 0,
@@ -258,6 +277,7 @@ BakeOptions BakeSettings::bake_options() const {
 
 IngestOptions BakeSettings::ingest_options() const {
   return {.treat_all_as_opaque = all_as_opaque,
+          .lights = for_lights,
           .files_outside = allow_outside_files,
           .shift = shift,
           .coarse = allow_rounding};
