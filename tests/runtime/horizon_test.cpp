@@ -105,7 +105,7 @@ class HorizonTest : public testing::Test {
 
 constexpr auto kOwn = [](uint32_t triangle, FloatRandom&) { return triangle; };
 
-TEST_F(HorizonTest, AnswersMostOfWhatIsClearAndNothingWrong) {
+TEST_F(HorizonTest, S25_S27_TheKeyIsOfTheSourceAndClearIsNeverWrong) {
   const Sidecar sidecar = open();
   const Object object = sidecar.object(0);
   ASSERT_TRUE(object.has_horizons());
@@ -114,7 +114,7 @@ TEST_F(HorizonTest, AnswersMostOfWhatIsClearAndNothingWrong) {
     EXPECT_GT(clear_of(object, {*source_, height}, rays, kOwn), rays / 2) << height;
 }
 
-TEST_F(HorizonTest, WhatDoesNotBeginAboveTheTriangleIsUnclassified) {
+TEST_F(HorizonTest, S26_S28_WhatDoesNotBeginAboveTheTriangleIsUnclassified) {
   const Sidecar sidecar = open();
   const Object object = sidecar.object(0);
   const size_t rays = 5000 / kShare;
@@ -130,7 +130,7 @@ TEST_F(HorizonTest, WhatDoesNotBeginAboveTheTriangleIsUnclassified) {
   EXPECT_EQ(clear_of(object, {*source_, -1e-3f}, rays, kOwn), 0u);        // below
 }
 
-TEST_F(HorizonTest, TMinMovesTheBegin) {
+TEST_F(HorizonTest, S26_TMinMovesTheBegin) {
   const Sidecar sidecar = open();
   const Object object = sidecar.object(0);
   FloatRandom random(5);
@@ -188,6 +188,29 @@ std::vector<Segment> hostile(const FromTriangle& from, uint32_t triangles, std::
     primitives.push_back(i % 11 == 0 ? ~0u : triangle);
   }
   return segments;
+}
+
+TEST_F(HorizonTest, S29_WhatIsDoubtfulIsUnclassified) {
+  const Sidecar sidecar = open();
+  const Object object = sidecar.object(0);
+  FloatRandom random(8);
+  Segment sound = FromTriangle{*source_}(5, random);
+  while (object.classify_self(sound, 5) != Visibility::clear) sound = FromTriangle{*source_}(5, random);
+  for (const float odd : {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity})
+    for (int i = 0; i < 7; ++i) {  // all but t_max, which does not matter
+      Segment s = sound;
+      reinterpret_cast<float*>(&s)[i] = odd;
+      EXPECT_EQ(object.classify_self(s, 5), Visibility::unclassified) << odd << " " << i;
+    }
+  for (const auto& [scale, expected] : {std::pair(0x1p-38f, Visibility::clear),
+                                        {0x1p38f, Visibility::clear},
+                                        {0.0f, Visibility::unclassified},
+                                        {0x1p-44f, Visibility::unclassified},
+                                        {0x1p44f, Visibility::unclassified}}) {
+    Segment s = sound;
+    for (float& x : s.direction) x *= scale;
+    EXPECT_EQ(object.classify_self(s, 5), expected) << scale;
+  }
 }
 
 TEST_F(HorizonTest, EveryKernelGivesTheAnswersOfTheRule) {
@@ -251,7 +274,7 @@ TEST_F(HorizonTest, BundlesGiveTheAnswersOfTheirSegments) {
   }
 }
 
-TEST_F(HorizonTest, ScenesAskTheInstanceOfTheOriginMirroredOnesToo) {
+TEST_F(HorizonTest, S30_ScenesAskTheInstanceOfTheOriginMirroredOnesToo) {
   const Sidecar sidecar = open();
   const Object object = sidecar.object(0);
   const Transform mirrored{{{-2, 0, 0, 3}, {0, 2, 0, 0}, {0, 0, 2, 0}}};

@@ -70,11 +70,15 @@ TEST_F(CheckBytes, SaysWhatIsWrongWithTheBytes) {
 }
 
 TEST_F(CheckBytes, HoldsHorizonsAgainstTheMesh) {
-  // A floor with low walls.
-  SourceMesh box{"box", 0, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
-  for (int i = 0; i < 4; ++i) box.positions.push_back({box.positions[i][0], box.positions[i][1], 0.2f});
-  for (uint32_t i = 0; i < 4; ++i)
-    box.triangles.push_back({i, (i + 1) % 4, i + 4}), box.triangles.push_back({(i + 1) % 4, (i + 1) % 4 + 4, i + 4});
+  // A floor with walls on its four sides, above and below.
+  SourceMesh box{"box", 0, {}, {{0, 1, 2}, {0, 2, 3}}};
+  for (const float z : {0.0f, 0.2f, -0.2f})
+    for (const auto& [x, y] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
+      box.positions.push_back({x, y, z});
+  for (uint32_t i = 0; i < 4; ++i) {
+    const uint32_t j = (i + 1) % 4;
+    box.triangles.push_back({i + 8, j + 8, j + 4}), box.triangles.push_back({i + 8, j + 4, i + 4});
+  }
   std::vector<PreparedMesh> meshes;
   meshes.push_back(*prepare(std::move(box)));
   BakeOptions options;

@@ -63,7 +63,8 @@ struct SceneQuery {
   // caller without a look-up, and before all others are looked up: from inside a box a look-up seldom answers.
   std::span<const uint32_t> origins = {};
   // The triangle of that instance's object that each segment begins on, as Object::classify_self() takes it, or
-  // kNoPrimitive; empty if unknown. Where the object has horizons that prove it clear, the caller is not asked about it.
+  // kNoPrimitive; empty if unknown. Where the object has horizons that prove it clear, the caller is not asked about
+  // it.
   std::span<const uint32_t> primitives = {};
 };
 inline constexpr uint32_t kNoInstance = 0xFFFFFFFF, kNoPrimitive = 0xFFFFFFFF;
