@@ -275,6 +275,13 @@ class Segments(Case):
         text = self.run_program("vc-bench", "paths", mesh, leaves, *few, "--bounces", 1).stdout
         self.assertIn("single calls, path by path", text)
         self.assertIn("the hierarchy 0 times", text)
+        own = self.folder / "own.vcd"
+        self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "--horizons", "-o", own, "-q")
+        with_horizons = json.loads(self.run_program("vc-bench", "paths", mesh, own, *few, "--format", "json").stdout)
+        for kind in with_horizons["kinds"]:
+            self.assertEqual(kind["wrong_horizons"], 0)
+            self.assertIn("look-ups as baked and horizons, then hierarchy",
+                          {v["name"] for v in kind["single_calls"]["vcd"]})
         bare = self.folder / "bare.vcd"
         self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "--no-hierarchy", "-o", bare, "-q")
         self.assertIn("hierarchy", self.run_program("vc-bench", "paths", mesh, bare, *few, code=1).stderr)

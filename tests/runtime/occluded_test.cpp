@@ -11,6 +11,7 @@
 #include <vcd/runtime/vcd.h>
 
 #include "runtime/judged_mesh.h"
+#include "scene/scene_data.h"
 #include "support/count_allocations.h"
 #include "support/meshes.h"
 
@@ -25,8 +26,8 @@ struct Baked {
   BakedObject object;
   std::vector<std::byte> bytes;
 
-  explicit Baked(const SourceMesh& source)
-      : subject(SourceMesh(source)), object(must_bake(source, proven(3))), bytes(sidecar_bytes({&object})) {}
+  explicit Baked(const SourceMesh& source, const BakeOptions& options = proven(3))
+      : subject(SourceMesh(source)), object(must_bake(source, options)), bytes(sidecar_bytes({&object})) {}
   Sidecar open(LookUpFirst look_up, const std::string& kernel = {}) const {
     OpenOptions options;
     options.look_up = look_up, options.kernel = kernel;
@@ -142,12 +143,26 @@ struct JudgedScene {
   std::vector<Sidecar> sidecars;
   std::vector<SceneInstance> instances;
   std::vector<size_t> object_of;
+  static constexpr size_t kInstances = 60;
 
   explicit JudgedScene(LookUpFirst look_up) {
     for (const SourceMesh& source : {sphere(), leaves(60)}) baked.emplace_back(source);
     for (const Baked& b : baked) sidecars.push_back(b.open(look_up));
+    place([&](size_t, size_t object) { return sidecars[object].object(0); });
+  }
+  // Each instance with a sidecar of its own, so that their hierarchies are too large for caches.
+  JudgedScene() {
+    BakeOptions hierarchy_only;
+    hierarchy_only.method = Method::none;
+    for (int object = 0; object < 2; ++object) baked.emplace_back(leaves(1500 + 500 * object), hierarchy_only);
+    for (size_t i = 0; i < kInstances; ++i)
+      for (const Baked& b : baked) sidecars.push_back(b.open(LookUpFirst::never));
+    place([&](size_t i, size_t object) { return sidecars[2 * i + object].object(0); });
+  }
+  template <class Open>
+  void place(const Open& open) {
     FloatRandom random(12);
-    for (size_t i = 0; i < 60; ++i) {
+    for (size_t i = 0; i < kInstances; ++i) {
       Transform t{};
       for (auto& row : t.rows) {
         for (int a = 0; a < 3; ++a) row[a] = random.between(-1, 1);
@@ -156,7 +171,7 @@ struct JudgedScene {
       if (i == 7)
         for (auto& row : t.rows) row[2] = 0;  // flat
       object_of.push_back(random.below(2));
-      instances.push_back(SceneInstance::of(sidecars[object_of[i]].object(0), t));
+      instances.push_back(SceneInstance::of(open(i, object_of[i]), t));
       if (i == 9) instances[i].mask = 2;
     }
   }
@@ -182,6 +197,45 @@ struct JudgedScene {
   }
 };
 
+// Arrays and single segments of all kinds, with masks and origins.
+void expect_exact_arrays(const Scene& scene, const JudgedScene& judged) {
+  FloatRandom random(13);
+  std::vector<Segment> segments;
+  std::vector<uint32_t> origins;
+  for (int i = 0; i < 500 / kShare; ++i) {
+    Segment s{};
+    for (int a = 0; a < 3; ++a) s.origin[a] = random.between(-9, 9), s.direction[a] = random.between(-9, 9);
+    s.t_max = i % 50 == 0 ? kInfinity : 1;
+    if (i % 60 == 1) s.origin[0] = 0x1p50f, s.direction[0] = -0x1p50f;  // beyond what a scene trusts
+    segments.push_back(s);
+    origins.push_back(i % 4 ? kNoInstance : random.below(JudgedScene::kInstances));
+  }
+  for (const uint32_t mask : {1u, 3u})
+    for (const bool with_origins : {false, true}) {
+      const SceneQuery query{mask, with_origins ? std::span<const uint32_t>(origins) : std::span<const uint32_t>()};
+      std::vector<uint64_t> blocked((segments.size() + 63) / 64);
+      scene.occluded(segments, blocked, query);
+      for (size_t i = 0; i < segments.size(); ++i) {
+        const bool expected = judged.blocked(scene, segments[i], mask);
+        ASSERT_EQ((blocked[i / 64] >> i % 64 & 1) != 0, expected) << i;
+        const SceneQuery one{mask, query.origins.empty() ? query.origins : query.origins.subspan(i, 1)};
+        ASSERT_EQ(scene.occluded(segments[i], one), expected) << i;
+      }
+    }
+}
+
+TEST(SceneOccluded, IsExactWhereHierarchiesAreLargerThanCaches) {
+  const JudgedScene judged;
+  size_t bytes = 0;
+  for (const Sidecar& sidecar : judged.sidecars) bytes += sidecar.contents().objects[0].hierarchy.bytes().size();
+  ASSERT_GE(bytes / 2, kStreamBytes);  // half of them are in the scene, about
+  for (const std::string& kernel : kernels()) {
+    const auto scene = Scene::build(judged.instances, kernel);
+    ASSERT_TRUE(scene.ok());
+    expect_exact_arrays(*scene, judged);
+  }
+}
+
 TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
   for (const LookUpFirst look_up : {LookUpFirst::always, LookUpFirst::never}) {
     const JudgedScene judged(look_up);
@@ -189,31 +243,10 @@ TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
       const auto scene = Scene::build(judged.instances, kernel);
       ASSERT_TRUE(scene.ok());
       ASSERT_TRUE(scene->has_hierarchies());
-      FloatRandom random(13);
-      std::vector<Segment> segments;
-      std::vector<uint32_t> origins;
-      for (int i = 0; i < 500 / kShare; ++i) {
-        Segment s{};
-        for (int a = 0; a < 3; ++a) s.origin[a] = random.between(-9, 9), s.direction[a] = random.between(-9, 9);
-        s.t_max = i % 50 == 0 ? kInfinity : 1;
-        if (i % 60 == 1) s.origin[0] = 0x1p50f, s.direction[0] = -0x1p50f;  // beyond what a scene trusts
-        segments.push_back(s);
-        origins.push_back(i % 4 ? kNoInstance : random.below(60));
-      }
-      for (const uint32_t mask : {1u, 3u})
-        for (const bool with_origins : {false, true}) {
-          const SceneQuery query{mask, with_origins ? std::span<const uint32_t>(origins) : std::span<const uint32_t>()};
-          std::vector<uint64_t> blocked((segments.size() + 63) / 64);
-          scene->occluded(segments, blocked, query);
-          for (size_t i = 0; i < segments.size(); ++i) {
-            const bool expected = judged.blocked(*scene, segments[i], mask);
-            ASSERT_EQ((blocked[i / 64] >> i % 64 & 1) != 0, expected) << i;
-            const SceneQuery one{mask, query.origins.empty() ? query.origins : query.origins.subspan(i, 1)};
-            ASSERT_EQ(scene->occluded(segments[i], one), expected) << i;
-          }
-        }
-      for (int i = 0; i < 40 / kShare; ++i) {
-        const size_t count = 1 + random.below(300);
+      expect_exact_arrays(*scene, judged);
+      FloatRandom random(14);
+      for (int i = 0; i < 24 / kShare; ++i) {
+        const size_t count = 1 + random.below(i % 8 == 0 ? 300 : 60);
         std::vector<float> u(count), v(count);
         for (size_t k = 0; k < count; ++k) u[k] = random.uniform(), v[k] = random.uniform();
         QuadBundle bundle{{}, {}, {}, {}, u, v};
@@ -224,6 +257,17 @@ TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
         scene->occluded(bundle, blocked);
         for (size_t k = 0; k < count; ++k)
           ASSERT_EQ((blocked[k / 64] >> k % 64 & 1) != 0, judged.blocked(*scene, segment_of(bundle, k), ~0u)) << k;
+        // To points all around, near to each other, or beyond what a scene trusts.
+        std::vector<float> x(count), y(count), z(count);
+        const float spread = i % 3 == 0 ? 9 : 0.5f, away = i % 10 == 1 ? 0x1p50f : 4;
+        for (size_t k = 0; k < count; ++k)
+          x[k] = away + random.between(-spread, spread), y[k] = random.between(-spread, spread),
+          z[k] = random.between(-spread, spread);
+        const PointBundle points{{bundle.origin[0], bundle.origin[1], bundle.origin[2]}, x, y, z};
+        const uint32_t self = i % 2 ? kNoInstance : random.below(JudgedScene::kInstances);
+        scene->occluded(points, blocked, {~0u, std::span(&self, 1)});
+        for (size_t k = 0; k < count; ++k)
+          ASSERT_EQ((blocked[k / 64] >> k % 64 & 1) != 0, judged.blocked(*scene, segment_of(points, k), ~0u)) << k;
       }
     }
   }
@@ -302,6 +346,10 @@ TEST(OccludedInC, AsksHierarchiesWhereASceneHasNoTrace) {
   const vcd_sphere_bundle round{0, {0, 0, -3}, {4, 4, 3}, 9, x, y, z, 2};
   vcd_scene_occluded_sphere(scene, &round, nullptr, nullptr, nullptr, &blocked);
   EXPECT_EQ(blocked, 1u);
+  const float dx[3] = {5, 0, -5}, dy[3] = {0, 0, 0}, dz[3] = {6, 6, 6};
+  const vcd_point_bundle points{0, {0, 0, -3}, dx, dy, dz, 3};
+  vcd_scene_occluded_point(scene, &points, nullptr, nullptr, nullptr, &blocked);
+  EXPECT_EQ(blocked, 2u);
   vcd_scene_free(scene);
   vcd_close(sidecar);
 }

@@ -14,6 +14,7 @@
 #include "bench/segments.h"
 #include "bench/stability.h"
 #include "common/program.h"
+#include "render/instructions.h"
 
 namespace {
 
@@ -25,6 +26,7 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   int repetitions = 7;
+  std::string instructions;  // empty: all that there are
 
   std::vector<std::string> scenes;
   bool quick = false;
@@ -165,6 +167,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.fallthrough();  // the options of all may come after the subcommand too
   add_common_options(app, options.common);
+  app.add_option("--instructions", options.instructions,
+                 "Hold Embree and the runtime to these and older ones, avx2 or sse4 (default: what the processor has)")
+      ->check(CLI::IsMember(older_instructions()));
   app.add_option("--repetitions", options.repetitions, "How often each variant runs (default: 7)")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", options.quick, "Small scenes, pictures and trees: some minutes instead of a night");
@@ -266,6 +271,7 @@ int main(int argc, char** argv) {
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
   return run_program(app, argc, argv, [&] {
+    limit_instructions(options.instructions);
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
     options.paths.repetitions = options.repetitions, options.paths.format = options.common.format;

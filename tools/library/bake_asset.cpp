@@ -163,6 +163,8 @@ class AssetBake {
     if (!baked->without_hierarchy.empty())
       notes_.push_back("object " + std::to_string(mesh.source_index) +
                        " has no hierarchy: " + baked->without_hierarchy);
+    if (!baked->without_horizons.empty())
+      notes_.push_back("object " + std::to_string(mesh.source_index) + " has no horizons: " + baked->without_horizons);
     if (const auto unkept = may_be_known ? cache_.keep(mesh, asset_.settings, baked->to_write()) : std::nullopt)
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.demand = baked->demand;

@@ -134,6 +134,15 @@ constexpr Setting kSettings[] = {
      .help =
          "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
      .zero_is_none = true},
+    {.name = "horizons",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::horizons,
+     .help =
+         "Store above which directions nothing stands, by triangle, for renderers that can name the triangle that a "
+         "ray starts\non: 12 bytes a triangle; left out where it would answer less than a fifth of such rays",
+     .zero_is_none = true},
     {.name = "embed-geometry",
      .letter = 0,
      .scope = Scope::object,
@@ -260,6 +269,7 @@ BakeOptions BakeSettings::bake_options() const {
   options.budget_seconds = budget_seconds;
   options.seed = seed;
   options.hierarchy = !no_hierarchy;
+  options.horizons = horizons;
   options.embed_geometry = embed_geometry;
   options.audit_lines = audit_lines;
   return options;

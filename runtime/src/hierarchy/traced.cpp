@@ -26,7 +26,7 @@ void fail_without_hierarchy() noexcept {
 }
 
 Traced traced(const HierarchyView& view) {
-  Traced t{view};
+  Traced t{{}, view};
   if (!view) return t;
   for (int a = 0; a < 3; ++a) t.min[a] = view.header().box_min[a], t.max[a] = view.header().box_max[a];
   t.reach = greatest_coordinate(view.header().box_min, view.header().box_max);

@@ -6,11 +6,15 @@
 
 namespace vcd {
 
-// An object's hierarchy, if it has one, with its box.
-struct Traced {
+// A box as single segments and arrays are tested against it.
+struct ReachBox {
+  float min[4] = {}, max[4] = {};  // and 0
+  float reach = 0;                 // the greatest absolute coordinate
+};
+
+// An object's hierarchy, if it has one, with the box of its vertices. M stands for its reach.
+struct Traced : ReachBox {
   HierarchyView view{};
-  float min[4] = {}, max[4] = {};  // the vertices' box, and 0
-  float reach = 0;                 // M, its greatest absolute coordinate
 };
 Traced traced(const HierarchyView& view);
 

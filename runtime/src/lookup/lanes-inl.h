@@ -219,14 +219,16 @@ struct LocatedLanes {
   Lines lines;
 };
 
-// groups · kWidth segments, at most kTogether, that located(i) gives in groups.
-template <uint32_t kDepth, class Locate>
-HWY_INLINE void classify_groups(const TreeView& tree, size_t groups, const Locate& located, Visibility* answers) {
+// `groups` times kWidth segments of the source from `first` on, kTogether at most. Grid and Source are types and not
+// lambdas, which GCC may leave as calls that return all lanes through memory.
+template <uint32_t kDepth, class Grid, class Source>
+HWY_INLINE void classify_groups(const Grid& grid, const TreeView& tree, const Source& source, size_t first,
+                                size_t groups, Visibility* answers) {
   constexpr TreeShape kShape = tree_shape(kDepth);
   constexpr uint32_t kBrickLow = 8 - kShape.levels;
   HWY_ALIGN uint32_t index[kTogether], stuv[kTogether], row[kTogether];
   for (size_t g = 0; g < groups; ++g) {
-    const auto [lanes, lines] = located(g);
+    const auto [lanes, lines] = grid.locate(source.group(first + g * kWidth));
     const Words rows = rows_of(tree.answers, widened_lanes(places_of(lanes, lines), tree.clearances, lanes, lines));
     hn::Store(gather(tree.top, top_slots<kDepth>(lines, rows)), U(), index + g * kWidth);
     hn::Store(lines.stuv, U(), stuv + g * kWidth);

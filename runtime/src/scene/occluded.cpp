@@ -25,10 +25,8 @@ struct Asked {
   const TraceUnclassified* trace;  // null: look up only
   bool hierarchies = false;        // they are what is traced
 
-  uint32_t self(size_t segment) const {
-    const size_t at = one_origin ? 0 : segment;
-    return at < query.origins.size() ? query.origins[at] : kNoInstance;
-  }
+  Begin begin(size_t segment) const { return begin_of(query, one_origin ? 0 : segment); }
+  uint32_t self(size_t segment) const { return begin(segment).instance; }
   // Whether to look an instance up before it is traced.
   bool looks_up(uint32_t instance) const {
     return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_first[instance] != 0);
@@ -99,7 +97,10 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   } else {
     in_world = bits;
   }
-  trace(asked, chunk, instance, bits.without(in_world), false);
+  // Those that are not trusted by themselves: they move in doubles, and their origins may come to lie a bit elsewhere.
+  const SampleBits moved = bits.without(in_world);
+  trace(asked, chunk, instance, moved.without(chunk.odd), false);
+  trace(asked, chunk, instance, moved & chunk.odd, false);
   trace(asked, chunk, instance, in_world, true);
 }
 
@@ -198,6 +199,16 @@ void find_self(const Asked& asked, Chunk& chunk) {
   }
 }
 
+// Of the segments that begin on an instance, those that its horizons prove clear of it.
+SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, const SampleBits& bits) {
+  SampleBits clear{};
+  if (asked.query.primitives.empty()) return clear;
+  for (size_t i : bits)
+    clear.set(
+        i, vcd::clear_of_self(asked.scene.data, asked.begin(chunk.first + i), segment_at(chunk.columns.view(i, 1), 0)));
+  return clear;
+}
+
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
   for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
@@ -205,7 +216,9 @@ void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments)
     for (size_t i = 0; i < chunk.count; ++i) chunk.odd.set(i, !is_trusted(segments[i]));
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
-  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
+  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) {
+    leave(asked, chunk, instance, bits.without(clear_of_self(asked, chunk, bits)));
+  });
   trace_left(asked, chunk);
   if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
     for (size_t r = 0; r < runs; ++r)
@@ -220,7 +233,8 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
             const BundleChunk& samples) {
   fill(chunk.columns, bundle, samples);
   const uint32_t self = asked.self(0);
-  if (self != kNoInstance) leave(asked, chunk, self, chunk.all), trace_left(asked, chunk);
+  if (self != kNoInstance)
+    leave(asked, chunk, self, chunk.all.without(clear_of_self(asked, chunk, chunk.all))), trace_left(asked, chunk);
   const SceneData& data = asked.scene.data;
   const float* const directions[3] = {chunk.columns.direction[0], chunk.columns.direction[1],
                                       chunk.columns.direction[2]};
@@ -263,11 +277,22 @@ void run_bundle(const Asked& asked, const Bundle& bundle, std::span<uint64_t> bl
   }
 }
 
-// The objects' own hierarchies in the place of the caller's. of_fan: all segments begin at one point, with t from 0
-// to 1.
+void run_points(const Asked& asked, const PointBundle& bundle, std::span<uint64_t> blocked) {
+  assert(fits(bundle, blocked));
+  std::array<Segment, kChunk> segments;
+  for (size_t first = 0; first < bundle.size(); first += kChunk) {
+    Chunk chunk(first, std::min(kChunk, bundle.size() - first));
+    for (size_t i = 0; i < chunk.count; ++i) segments[i] = segment_of(bundle, first + i);
+    answer(asked, chunk, std::span<const Segment>(segments).first(chunk.count));
+    chunk.blocked.store(chunk.count, blocked.data() + first / 64);
+  }
+}
+
+// The objects' own hierarchies in the place of the caller's, for bundles: all segments begin at one point, with t from
+// 0 to 1.
 class HierarchyTrace {
  public:
-  HierarchyTrace(const SceneData& scene, bool of_fan) : scene_(scene), of_fan_(of_fan) {}
+  explicit HierarchyTrace(const SceneData& scene) : scene_(scene) {}
 
   void operator()(const UnclassifiedSegments& left) const {
     const ObjectData* const object = scene_.sidecars[left.instance];
@@ -278,22 +303,17 @@ class HierarchyTrace {
     if (left.in_world) {
       for (size_t i : all)
         blocked.set(i, blocks_in_world(object->traced.view, scene_.to_world[left.instance], segment_at(s, i)));
-    } else if (of_fan_) {
+    } else {
       blocked = object->trace->fan(object->traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
                                                     {s.direction[0], s.direction[1], s.direction[2]},
                                                     s.count,
                                                     all});
-    } else {
-      std::array<Segment, kChunk> segments;
-      for (size_t i = 0; i < s.count; ++i) segments[i] = segment_at(s, i);
-      blocked = object->trace->array(object->traced, segments.data(), all);
     }
     for (size_t i : blocked) left.blocked[i] = 1;
   }
 
  private:
   const SceneData& scene_;
-  bool of_fan_;
 };
 
 void run_array(const Asked& asked, std::span<const Segment> segments, std::span<uint64_t> blocked) {
@@ -309,19 +329,29 @@ void run_array(const Asked& asked, std::span<const Segment> segments, std::span<
 
 void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked,
                      const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, false);
-  const TraceUnclassified trace(hierarchies);
-  run_array({*state_, query, false, &trace, true}, segments, blocked);
+  assert(has_words_for(segments.size(), blocked));
+  for (size_t first = 0; first < segments.size(); first += kChunk) {
+    const size_t count = std::min(kChunk, segments.size() - first);
+    const SceneQuery part{query.mask, query.origins.subspan(std::min(first, query.origins.size())),
+                          query.primitives.subspan(std::min(first, query.primitives.size()))};
+    state_->kernels->occluded_array_in_scene(state_->data, segments.subspan(first, count), part)
+        .store(count, blocked.data() + first / 64);
+  }
 }
 void Scene::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, true);
+  const HierarchyTrace hierarchies(state_->data);
   const TraceUnclassified trace(hierarchies);
   run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
 }
 void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
-  const HierarchyTrace hierarchies(state_->data, true);
+  const HierarchyTrace hierarchies(state_->data);
   const TraceUnclassified trace(hierarchies);
   run_bundle({*state_, query, true, &trace, true}, bundle, blocked, {});
+}
+void Scene::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, const SceneQuery& query) const noexcept {
+  const HierarchyTrace hierarchies(state_->data);
+  const TraceUnclassified trace(hierarchies);
+  run_points({*state_, query, true, &trace, true}, bundle, blocked);
 }
 
 void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, TraceUnclassified trace,
@@ -337,6 +367,11 @@ void Scene::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, Tr
                      const SceneQuery& query) const {
   run_bundle({*state_, query, true, &trace}, bundle, blocked, {});
 }
+void Scene::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, TraceUnclassified trace,
+                     const SceneQuery& query) const {
+  run_points({*state_, query, true, &trace}, bundle, blocked);
+}
+
 void Scene::classify(const QuadBundle& bundle, std::span<uint64_t> blocked, std::span<uint64_t> unclassified,
                      const SceneQuery& query) const noexcept {
   run_bundle({*state_, query, true, nullptr}, bundle, blocked, unclassified);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <new>
 #include <string>
 
@@ -13,11 +14,35 @@
 
 namespace vcd {
 
+namespace {
+
+size_t hierarchy_bytes(const SceneData& data) {
+  std::vector<const ObjectData*> objects = data.sidecars;
+  std::sort(objects.begin(), objects.end());
+  objects.erase(std::unique(objects.begin(), objects.end()), objects.end());
+  size_t bytes = 0;
+  for (const ObjectData* object : objects) bytes += object ? object->traced.view.bytes().size() : 0;
+  return bytes;
+}
+
+ReachBox box_of(const SceneNode& root) {
+  ReachBox box;
+  for (int a = 0; a < 3; ++a) {
+    box.min[a] = *std::min_element(root.low[a], root.low[a] + 8);
+    box.max[a] = *std::max_element(root.high[a], root.high[a] + 8);
+    box.reach = std::max({box.reach, std::abs(box.min[a]), std::abs(box.max[a])});
+  }
+  return box;
+}
+
+}  // namespace
+
 void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
   for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
   std::vector<Transform> kept(to_world.begin(), to_world.end());
   data.nodes = build_hierarchy(placed);  // the last that can fail
+  data.box = data.nodes.empty() ? ReachBox{} : box_of(data.nodes[0]);
   data.to_world = std::move(kept);
   has_hierarchies = true;
   for (size_t i = 0; i < placed.size(); ++i) {
@@ -45,6 +70,9 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 size_t Scene::size() const noexcept { return state_->instances.size(); }
 uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+bool Scene::clear_of_self(const Segment& segment, const SceneQuery& query) const noexcept {
+  return vcd::clear_of_self(state_->data, begin_of(query, 0), segment);
+}
 bool Scene::has_hierarchies() const noexcept { return state_->has_hierarchies; }
 bool Scene::occluded(const Segment& segment, const SceneQuery& query) const noexcept {
   return state_->kernels->occluded_in_scene(state_->data, segment, query);
@@ -77,6 +105,7 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
       frame.min[a] = instance.box_min[a];
     }
   }
+  state->data.streams = hierarchy_bytes(state->data) >= kStreamBytes;
   state->data.to_grid.resize(instances.size());
   state->data.masks.resize(instances.size());
   state->uses.resize(instances.size());

@@ -4,26 +4,49 @@
 #include <bit>
 #include <span>
 
+#include "scene/in_object.h"
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
 #include "scene/trusted.h"
 
 namespace vcd {
 
-// visit(instance) for the instances with a bit of `mask` whose boxes are met, until done(). boxes_met(node) gives a bit
-// for each of a node's eight boxes.
+// A way through the hierarchy that stops at each instance.
+class SceneWalk {
+ public:
+  explicit SceneWalk(const SceneData& scene) : count_(scene.nodes.empty() ? 0 : 1) { waiting_[0] = 0; }
+
+  // The next instance with a bit of `mask` whose box is met; kNoInstance after the last. boxes_met(node) gives a bit
+  // for each of a node's eight boxes.
+  template <class BoxesMet>
+  uint32_t next(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met) {
+    for (;;) {
+      while (met_ != 0) {
+        const uint32_t child = scene.nodes[node_].child[std::countr_zero(met_)], instance = child & ~kLeaf;
+        met_ &= met_ - 1;
+        if (!(child & kLeaf)) waiting_[count_++] = child;
+        else if (scene.masks[instance] & mask) return instance;
+      }
+      if (count_ == 0) return kNoInstance;
+      node_ = waiting_[--count_];
+      met_ = boxes_met(scene.nodes[node_]);
+    }
+  }
+
+ private:
+  uint32_t node_ = 0, met_ = 0;  // and which of its boxes are still to be looked at
+  uint32_t count_;
+  uint32_t waiting_[kDeepest];
+};
+
+// visit(instance) for all of a SceneWalk, until done().
 template <class BoxesMet, class Done, class Visit>
 void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, const Done& done, const Visit& visit) {
-  uint32_t waiting[kDeepest];
-  size_t count = 0;
-  if (!scene.nodes.empty()) waiting[count++] = 0;
-  while (count > 0 && !done()) {
-    const SceneNode& node = scene.nodes[waiting[--count]];
-    for (uint32_t met = boxes_met(node); met; met &= met - 1) {
-      const uint32_t child = node.child[std::countr_zero(met)], instance = child & ~kLeaf;
-      if (!(child & kLeaf)) waiting[count++] = child;
-      else if (scene.masks[instance] & mask) visit(instance);
-    }
+  SceneWalk way(scene);
+  while (!done()) {
+    const uint32_t instance = way.next(scene, mask, boxes_met);
+    if (instance == kNoInstance) return;
+    visit(instance);
   }
 }
 
@@ -45,12 +68,13 @@ void walk_segments(const SceneData& scene, std::span<const Segment> segments, co
       continue;
     }
     const SceneRay ray = scene_ray(segment);
-    const uint32_t self = s < query.origins.size() ? query.origins[s] : kNoInstance;
+    const Begin begin = begin_of(query, s);
     walk(
         scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },
         [&](uint32_t instance) {
-          if (instance == self) answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
-          else ask(ScenePair{s, instance});
+          if (instance != begin.instance) ask(ScenePair{s, instance});
+          else if (!clear_of_self(scene, begin, segment))
+            answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
         });
   }
 }

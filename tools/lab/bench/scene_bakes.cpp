@@ -113,7 +113,8 @@ class SceneBakes : SceneEntry {
     ship.storage = Storage::zstd;
     ship.stop = interrupted;
     for (const ObjectContents& o : sidecar.contents().objects)
-      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.hierarchy.bytes(), o.clearance});
+      ship.objects.push_back(
+          {o.name, *o.record, tree_pieces(o.tree), {}, o.hierarchy.bytes(), o.clearance, o.horizon.all_bytes()});
     const fs::path path = sidecar_path(id + "-ship");
     const auto written = write_sidecar(path, ship);
     if (interrupted()) return stopped();

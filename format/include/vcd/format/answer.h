@@ -86,7 +86,8 @@ constexpr AnswerTable answer_table(Trust trust, ClassSet present = kAllClasses) 
 constexpr Place place_of(const LineCell& line, float t_min, float t_max) {
   const uint32_t outside = !line.hits | (t_min >= line.t_exit) | (t_max <= line.t_entry);
   const uint32_t pierces = (t_min <= line.t_entry) & (t_max >= line.t_exit);
-  return static_cast<Place>(line.valid * (2 + pierces - outside * (1 + pierces)));
+  const uint32_t of_valid = ((2 + pierces) & (outside - 1)) | outside;  // masks: this is asked of every segment
+  return static_cast<Place>(of_valid & (0 - uint32_t{line.valid}));
 }
 
 // The square of a point on a face; first and second are its coordinates there, 0 … 255.

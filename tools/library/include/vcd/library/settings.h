@@ -37,6 +37,7 @@ struct BakeSettings {
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
   bool no_hierarchy = false;
+  bool horizons = false;
   bool embed_geometry = false;
   bool all_as_opaque = false;
   std::array<double, 3> shift = {};  // subtracted from all coordinates
