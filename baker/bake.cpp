@@ -9,7 +9,9 @@
 
 #include <tbb/info.h>
 
+#include <vcd/baker/audit_horizons.h>
 #include <vcd/baker/hierarchy.h>
+#include <vcd/baker/horizon.h>
 #include <vcd/baker/threads.h>
 #include <vcd/format/tree_statistics.h>
 
@@ -103,6 +105,27 @@ Result<Hierarchy> hierarchy_if_asked(const PreparedMesh& mesh, const BakeOptions
   return hierarchy;
 }
 
+struct AskedHorizons {
+  AlignedBytes section;
+  std::optional<HorizonShare> share;
+  std::string why_not;  // BakedObject::without_horizons
+};
+
+Result<AskedHorizons> horizons_if_asked(const PreparedMesh& mesh, const HierarchySection& hierarchy,
+                                        const BakeOptions& options) {
+  if (!options.horizons) return AskedHorizons{};
+  if (hierarchy.empty()) return AskedHorizons{{}, {}, "it has no hierarchy"};
+  if (!can_have_horizons(view_of(hierarchy))) return AskedHorizons{{}, {}, "its hierarchy is too large for them"};
+  begin(BakePass::horizons, options);
+  auto built = with_threads(options.threads, [&] { return build_horizons(mesh, view_of(hierarchy), options.stop); });
+  if (!built) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
+  AskedHorizons horizons{std::move(built->section), built->share, {}};
+  if (!horizons.section.data) horizons.why_not = "they would answer too few of the rays that start on it";
+  else if (options.budget_bytes > 0 && horizons.section.size > options.budget_bytes / 4)
+    horizons.section = {}, horizons.why_not = "they would take more than a quarter of the budget";
+  return horizons;
+}
+
 // Of a file, what is not its tree: header, tables, names, and what rounds the tree's beginning up to a page.
 constexpr uint64_t kBytesBesideTree = 8192;
 uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min(file_bytes, kBytesBesideTree); }
@@ -111,9 +134,9 @@ uint64_t tree_bytes(const TreeView& tree) {
   return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
 }
 
-// The options of the passes behind `hierarchy`: what it takes is not theirs.
-BakeOptions without_its_bytes(BakeOptions options, const Hierarchy& hierarchy) {
-  if (options.budget_bytes > 0) options.budget_bytes -= hierarchy.bytes();
+// The options of the passes behind these: what they take is not theirs.
+BakeOptions without_bytes(BakeOptions options, uint64_t bytes) {
+  if (options.budget_bytes > 0) options.budget_bytes -= bytes;
   return options;
 }
 
@@ -211,6 +234,22 @@ std::optional<Error> audit_if_asked(const PreparedMesh& mesh, BakedObject& objec
   return std::nullopt;
 }
 
+// Holds horizons against exact arithmetic.
+std::optional<Error> audit_horizons_if_asked(const PreparedMesh& mesh, const ObjectToWrite& object,
+                                             const BakeOptions& options) {
+  if (options.audit_lines == 0 || object.horizon.empty()) return std::nullopt;
+  begin(BakePass::audit, options);
+  const HorizonAudit audit = with_threads(options.threads, [&] {
+    return audit_horizons(mesh, {object.hierarchy.data()}, {object.horizon.data()}, options.audit_lines / 4,
+                          options.stop);
+  });
+  if (audit.stopped) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
+  if (audit.wrong == 0) return std::nullopt;
+  return Error{ErrorCode::difference, place_of(mesh) + ": " + std::to_string(audit.wrong) + " of " +
+                                          std::to_string(audit.clear) +
+                                          " answers of its horizons are wrong: a fault of vcd"};
+}
+
 std::optional<Error> judge_if_asked(const PreparedMesh& mesh, BakedObject& object, std::span<const AskedSegment> asked,
                                     const BakeOptions& options) {
   if (!options.demand) return std::nullopt;
@@ -235,16 +274,24 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try 
   if (all_options.method == Method::none) return Error{ErrorCode::usage, "method none has nothing to plan"};
   if (auto fault = check_options(all_options)) return std::move(*fault);
   BakeOptions options = all_options;
-  if (options.budget_bytes > 0) {
+  std::optional<HorizonForecast> horizons;
+  if (options.budget_bytes > 0 || options.horizons) {
     const auto hierarchy = hierarchy_if_asked(mesh, options);
     if (!hierarchy) return hierarchy.error();
-    options = without_its_bytes(options, *hierarchy);
+    options = without_bytes(options, hierarchy->bytes());
+    if (options.horizons && can_have_horizons(view_of(hierarchy->section))) {
+      horizons = with_threads(options.threads,
+                              [&] { return forecast_horizons(mesh, view_of(hierarchy->section), options.stop); });
+      if (!horizons) return Error{ErrorCode::runtime, place_of(mesh) + ": stopped"};
+    }
   }
   const GridMesh grid(mesh);
   const auto tracer = trace_in_grid(grid);
   if (!tracer) return tracer.error();
   const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
-  return forecast(grid, *tracer, *classifier.cells, options, deadline);
+  Plan plan = forecast(grid, *tracer, *classifier.cells, options, deadline);
+  plan.horizons = horizons;
+  return plan;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }
@@ -263,14 +310,24 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   if (!geometry) return geometry.error();
   auto hierarchy = hierarchy_if_asked(mesh, all_options);
   if (!hierarchy) return hierarchy.error();
-  const auto without_answers = [&](std::optional<Plan> plan) {
-    BakedObject object =
-        make_object_without_answers(mesh, std::move(*geometry), std::move(hierarchy->section), std::move(plan));
+  auto horizons = horizons_if_asked(mesh, hierarchy->section, all_options);
+  if (!horizons) return horizons.error();
+  const auto tell_what_is_missing = [&](BakedObject& object) {
     object.without_hierarchy = std::move(hierarchy->why_not);
+    object.without_horizons = std::move(horizons->why_not), object.horizon_share = horizons->share;
+  };
+  const auto without_answers = [&](std::optional<Plan> plan) {
+    BakedObject object = make_object_without_answers(mesh, std::move(*geometry), std::move(hierarchy->section),
+                                                     std::move(horizons->section), std::move(plan));
+    tell_what_is_missing(object);
     return object;
   };
-  if (all_options.method == Method::none) return without_answers({});
-  const BakeOptions options = without_its_bytes(all_options, *hierarchy);
+  const auto audited = [&](BakedObject&& object) -> Result<BakedObject> {
+    if (auto wrong = audit_horizons_if_asked(mesh, object.to_write(), all_options)) return std::move(*wrong);
+    return std::move(object);
+  };
+  if (all_options.method == Method::none) return audited(without_answers({}));
+  const BakeOptions options = without_bytes(all_options, hierarchy->bytes() + horizons->section.size);
 
   begin(BakePass::trace, options);
   const GridMesh grid(mesh);
@@ -280,7 +337,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
 
   auto plan = plan_if_asked(grid, *tracer, *classifier.cells, options, deadline);
   uint32_t depth = plan ? plan->depth : options.depth;
-  if (depth == 0 && !options.demand) return without_answers(std::move(plan));
+  if (depth == 0 && !options.demand) return audited(without_answers(std::move(plan)));
   if (auto too_small = check_budget(mesh, std::max(depth, kMinDepth), options.budget_bytes, *hierarchy))
     return std::move(*too_small);
 
@@ -297,9 +354,9 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   const TreeStatistics counts = measure_tree(demoted.tree.view());
   clearances = clearances_if_blocked(grid, counts, std::move(clearances), options);
 
-  BakedObject object = make_object(
-      mesh, {options.method, depth, classifier.samples, options.seed}, counts,
-      {std::move(demoted.tree), std::move(*geometry), std::move(clearances), std::move(hierarchy->section)});
+  BakedObject object = make_object(mesh, {options.method, depth, classifier.samples, options.seed}, counts,
+                                   {std::move(demoted.tree), std::move(*geometry), std::move(clearances),
+                                    std::move(hierarchy->section), std::move(horizons->section)});
   object.record.flags |=
       look_up_worth(mesh, object.record, object.tree(), HierarchyView{object.to_write().hierarchy.data()},
                     kept_out_segments(mesh, asked));
@@ -309,10 +366,10 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   object.bytes_before_demotion = bytes;
   object.cells_demoted = demoted.cells_lost;
   object.out_of_time = classified->out_of_time;
-  object.without_hierarchy = std::move(hierarchy->why_not);
+  tell_what_is_missing(object);
   if (auto wrong = audit_if_asked(mesh, object, options)) return std::move(*wrong);
   if (auto wrong = judge_if_asked(mesh, object, asked, options)) return std::move(*wrong);
-  return object;
+  return audited(std::move(object));
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};
 }

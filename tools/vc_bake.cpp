@@ -237,7 +237,7 @@ Json plan_object(const Options& options, const Asset& asset, const PreparedMesh&
 
 // --plan: forecasts, no files.
 int run_plan(const Options& options) {
-  if (!options.request.settings.demand.path.empty())
+  if (options.request.settings.for_a_demand())
     return fail({ErrorCode::usage, "--plan forecasts no bake for a demand: it is as deep as pays by itself"});
   catch_interruptions();
   const auto found = collect_assets(options.request);

@@ -92,6 +92,7 @@ void print(const std::string& path, const SidecarContents& contents, const Deman
     std::printf("object %u %s\n%s", object.record->source_index, printable(object.name).c_str(),
                 object_summary(*object.record).c_str());
     std::printf("%s", hierarchy_summary(*object.record, object.hierarchy).c_str());
+    std::printf("%s", horizon_summary(object.horizon).c_str());
     if (!object.clearance.empty())
       std::printf("  clearance known: segments may begin and end shortly behind the box's faces\n");
     if (!asked.empty()) {
@@ -190,7 +191,7 @@ Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& optio
   for (const auto& [key, value] : contents.provenance) out.provenance.emplace(key, value);
   for (const ObjectContents& object : contents.objects)
     out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
-                           object.hierarchy.bytes(), object.clearance});
+                           object.hierarchy.bytes(), object.clearance, object.horizon.all_bytes()});
   std::vector<AlignedBytes> kept;
   for (const SectionEntry& section : contents.sections) {
     if (is_known_section(section.type)) continue;

@@ -35,43 +35,79 @@ namespace {
 
 constexpr size_t kLooks = 1024;  // cells that stand for all of a level
 
-// How many cells of a level below these are asked and undecided: counted at the level of `cells` itself, else from some
-// of them, evenly.
-double count_undecided(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
-                       const std::vector<Asked>& cells, uint32_t level, Workspaces& workspaces) {
-  if (cells.empty() || cells[0].cell.level == level) return static_cast<double>(cells.size());
-  std::vector<Cell> below;
+// What a brick leaves of the weight that it is divided for, about: a third on Killeroo, four fifths on the
+// Sierpinski pyramid.
+constexpr double kLeftByBrick = 0.35;
+// What a level more must be expected to gain of what is left: bytes go to cells that no line shows, and it takes
+// longer.
+constexpr double kWorthALevel = 0.1;
+
+// The cells of a level that are asked, below these, and how many of them are undecided: by a look at some, evenly.
+struct Level {
+  std::vector<Asked> cells;
+  double undecided = 1;  // share of them
+
+  double count() const { return undecided * static_cast<double>(cells.size()); }
+};
+
+Level look_at(const CellClassifier& classifier, const std::vector<AskedLine>& lines, const std::vector<Asked>& above,
+              uint32_t level, Workspaces& workspaces) {
+  if (above.empty() || above[0].cell.level == level) return {above};
+  Level result;
   const auto collect = [&](const auto& self, const Asked& asked) -> void {
-    if (asked.cell.level == level) return below.push_back(asked.cell);
+    if (asked.cell.level == level) return result.cells.push_back(asked);
     for_children(lines, asked, [&](const Asked& child) { self(self, child); });
   };
-  for (const Asked& cell : cells) collect(collect, cell);
-  const size_t step = below.size() / kLooks + 1, looks = (below.size() + step - 1) / step;
+  for (const Asked& cell : above) collect(collect, cell);
+  const size_t step = result.cells.size() / kLooks + 1, looks = (result.cells.size() + step - 1) / step;
   std::vector<uint8_t> deeper(looks);
   tbb::parallel_for(size_t{0}, looks, [&](size_t i) {
-    deeper[i] = classifier.classify(below[i * step], false, workspaces.local()) == kDeeper;
+    deeper[i] = classifier.classify(result.cells[i * step].cell, false, workspaces.local()) == kDeeper;
   });
-  const auto undecided = static_cast<double>(std::ranges::count(deeper, uint8_t{1}));
-  return undecided / static_cast<double>(looks) * static_cast<double>(below.size());
+  result.undecided = static_cast<double>(std::ranges::count(deeper, uint8_t{1})) / static_cast<double>(looks);
+  return result;
+}
+
+// Of the weight of all cells of the level, what its bricks leave if the heaviest cells get theirs. As much as there are
+// lines that are alone in their cell goes to cells that no line shows (Good 1953). The bytes that are left are for
+// these: as many as for the others get half of that weight.
+double left_by_bricks(Level&& level, double bytes) {
+  std::ranges::sort(level.cells, std::ranges::greater{}, &Asked::weight);
+  double weight = 0, with_brick = 0, bricks = 0, lines = 0, alone = 0;
+  for (const Asked& cell : level.cells) {
+    weight += cell.weight;
+    lines += static_cast<double>(cell.end - cell.begin);
+    alone += cell.end - cell.begin == 1;
+    bricks += level.undecided;
+    if (bricks * kBrickBytes <= bytes) with_brick = weight;
+  }
+  if (!(weight > 0)) return 0;
+  const double unseen = alone / lines, more = std::max(bytes / kBrickBytes - bricks, 0.0);
+  const double divided = (1 - unseen) * with_brick / weight + unseen * more / (more + bricks + 1);
+  return level.undecided * (1 - (1 - kLeftByBrick) * divided);
 }
 
 }  // namespace
 
 uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLine>& lines, uint64_t budget_bytes,
                     const std::function<bool()>& over) {
-  const uint32_t top_level = tree_shape(kMaxDepth).top_levels;  // of all depths that have inner blocks
   Workspaces workspaces;
-  const std::vector<Asked> cells = undecided_cells(classifier, lines, top_level, workspaces, over);
-  const auto bytes_above_bricks = [&](uint32_t depth) {
-    auto bytes = static_cast<double>(tree_shape(depth).top_bytes());
+  const uint32_t top_level = tree_shape(kMaxDepth).top_levels;  // of all depths that have inner blocks
+  const std::vector<Asked> top = undecided_cells(classifier, lines, top_level, workspaces, over);
+  uint32_t best = kMinDepth + 1;
+  for (uint32_t depth = best; depth <= top_level + 1; ++depth)
+    if (tree_shape(depth).top_bytes() <= budget_bytes / 2) best = depth;
+  double least = 1;  // of the weight of cells that the top table does not decide
+  for (uint32_t depth = top_level + 2; depth <= kMaxDepth && !over(); ++depth) {
     const std::vector<Step> steps = steps_of(depth);
+    double bytes = static_cast<double>(budget_bytes) - static_cast<double>(tree_shape(depth).top_bytes());
     for (size_t i = 0; i + 1 < steps.size(); ++i)
-      bytes += count_undecided(classifier, lines, cells, steps[i].from, workspaces) * steps[i].block_bytes;
-    return bytes;
-  };
-  uint32_t depth = kMaxDepth;
-  while (depth > 2 && bytes_above_bricks(depth) > static_cast<double>(budget_bytes) / 2) --depth;
-  return depth;
+      bytes -= look_at(classifier, lines, top, steps[i].from, workspaces).count() * steps[i].block_bytes;
+    if (bytes < 0) continue;
+    const double left = left_by_bricks(look_at(classifier, lines, top, steps.back().from, workspaces), bytes);
+    if (left <= (1 - kWorthALevel) * least) best = depth, least = left;
+  }
+  return best;
 }
 
 }  // namespace vcd::baker

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <queue>
+#include <unordered_set>
 #include <utility>
 
 #include <tbb/parallel_for.h>
 
 #include "demand/asked_cells.h"
+#include "demand/divided_bytes.h"
 #include "octree/block_pool.h"
 #include "octree/subtree.h"
 
@@ -20,15 +22,13 @@ using Clock = std::chrono::steady_clock;
 constexpr size_t kBatch = 1024;
 
 // What a brick must be expected to be asked of all weight, and a larger block for its bytes: else it is not worth them.
-constexpr double kLeastWeight = 0x1p-22;
+constexpr double kLeastWeight = 0x1p-26;
 
 class Divider {
  public:
   Divider(const CellClassifier& classifier, const std::vector<AskedLine>& lines, const BestFirstOptions& options)
       : classifier_(classifier), lines_(lines), options_(options), result_{options.depth, DividedCells(options.depth)} {
-    const TreeShape shape = tree_shape(options.depth);
-    constexpr uint64_t kAlways = kUniformBlocks + 1;  // and one for cells that are statistically blocked as a whole
-    bytes_ = shape.bytes(shape.has_blocks256 ? kAlways : 0, shape.has_blocks16 ? kAlways : 0, kAlways);
+    bytes_ = bytes_of(result_.cells);
     double weight = 0;
     for (const AskedLine& line : lines) weight += line.weight;
     least_weight_a_byte_ = kLeastWeight * weight / kBrickBytes;
@@ -137,10 +137,11 @@ class Divider {
     while (jobs.size() < kBatch && !result_.out_of_time) {
       const auto best = best_step();
       if (!best) break;
-      const uint64_t bytes = steps()[*best].block_bytes;
+      const uint64_t bytes = bytes_at_most(*best, queues_[*best].top().cell);
       if (bytes_ + reserved + bytes > options_.budget_bytes) {
         if (!jobs.empty()) break;  // of what is reserved, some may turn out to be equal to what is there
-        queues_[*best] = {};       // the others of the step are as large
+        if (count_bytes_again()) continue;
+        queues_[*best] = {};  // the others of the step are hardly smaller
         continue;
       }
       reserved += bytes;
@@ -192,13 +193,43 @@ class Divider {
     const Step& step = steps()[job.step];
     costs_[job.step].seconds += filled.seconds;
     ++costs_[job.step].blocks;
-    if (step.to == options_.depth) {
-      bytes_ += new_brick_bytes(filled.classes);
-    } else {
-      bytes_ += step.block_bytes;
-      queue_undecided(job, filled);
+    const bool is_brick = step.to == options_.depth;
+    if (says_something(filled.classes)) {
+      if (is_brick) bytes_ += new_brick_bytes(filled.classes);
+      pay_inner_blocks(is_brick ? job.step : job.step + 1, job.asked.cell);
     }
+    if (!is_brick) queue_undecided(job, filled);
     result_.cells.divide(job.asked.cell, filled.classes);
+  }
+
+  // A block takes bytes only where some cell of it, or below it, has a class: all others are one.
+  static bool says_something(const std::vector<uint8_t>& classes) {
+    constexpr uint8_t kAskedButUnclassified = DividedCells::kAsked + static_cast<uint8_t>(kUnclassified);
+    return std::ranges::any_of(
+        classes, [](uint8_t c) { return c != kUnclassified && c != kDeeper && c != kAskedButUnclassified; });
+  }
+  static Cell above(Cell cell, uint32_t level) {
+    while (cell.level > level) cell = cell.parent();
+    return cell;
+  }
+  // The inner blocks of the steps before `end` that hold the cell: those that are not paid yet.
+  void pay_inner_blocks(size_t end, const Cell& cell) {
+    while (end-- > 0 && paid_.insert(cell_key(above(cell, steps()[end].from))).second)
+      bytes_ += steps()[end].block_bytes;
+  }
+  // True if the tree takes notably less than was reckoned, because blocks are equal. These may differ once something
+  // below them is divided: all are reckoned as new again.
+  bool count_bytes_again() {
+    const uint64_t counted = bytes_of(result_.cells);
+    if (counted + options_.budget_bytes / 64 > bytes_) return false;
+    bytes_ = counted;
+    paid_.clear();
+    return true;
+  }
+  uint64_t bytes_at_most(size_t step, const Cell& cell) const {
+    uint64_t bytes = steps()[step].block_bytes;
+    while (step-- > 0 && !paid_.contains(cell_key(above(cell, steps()[step].from)))) bytes += steps()[step].block_bytes;
+    return bytes;
   }
 
   // Queues the cells of a block that their class does not answer. Each takes the weight of its lines. But as much of it
@@ -245,9 +276,10 @@ class Divider {
   Workspaces workspaces_;
   std::vector<std::priority_queue<Asked>> queues_;  // of each step
   std::vector<Cost> costs_;
-  BrickPool bricks_;            // equal ones take their bytes once
-  uint64_t bytes_ = 0;          // that the tree takes at most
-  double least_weight_a_byte_;  // of a block
+  BrickPool bricks_;                   // equal ones take their bytes once
+  std::unordered_set<uint64_t> paid_;  // cells whose inner blocks are among the bytes
+  uint64_t bytes_ = 0;                 // that the tree takes at most
+  double least_weight_a_byte_;         // of a block
 };
 
 }  // namespace

@@ -45,6 +45,11 @@ inline std::vector<Step> steps_of(uint32_t depth) {
   return steps;
 }
 
+// One number for each cell of every level.
+inline uint64_t cell_key(const Cell& c) {
+  return uint64_t{c.level} << 36 | uint64_t{c.pair} << 32 | c.s << 24 | c.t << 16 | c.u << 8 | c.v;
+}
+
 class DividedCells {
  public:
   explicit DividedCells(uint32_t depth) : steps_(steps_of(depth)) {}
@@ -61,7 +66,7 @@ class DividedCells {
   // classes: of its cells of level step.to, by Step::index(); kDeeper where nothing is decided and nothing is asked;
   // where lines are asked of an undecided cell, kAsked and the class that it has if it is not divided.
   void divide(const Cell& cell, const std::vector<uint8_t>& classes) {
-    first_.emplace(key(cell), classes_.size());
+    first_.emplace(cell_key(cell), classes_.size());
     classes_.insert(classes_.end(), classes.begin(), classes.end());
   }
   static constexpr uint8_t kAsked = kDeeper + 1;
@@ -74,15 +79,11 @@ class DividedCells {
   }
 
   const uint8_t* classes_below(const Cell& cell) const {  // null: it is not divided
-    const auto found = first_.find(key(cell));
+    const auto found = first_.find(cell_key(cell));
     return found == first_.end() ? nullptr : &classes_[found->second];
   }
 
  private:
-  static uint64_t key(const Cell& c) {
-    return uint64_t{c.level} << 36 | uint64_t{c.pair} << 32 | c.s << 24 | c.t << 16 | c.u << 8 | c.v;
-  }
-
   std::vector<Step> steps_;
   std::unordered_map<uint64_t, size_t> first_;
   std::vector<uint8_t> classes_;

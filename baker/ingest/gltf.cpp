@@ -32,15 +32,15 @@ class GltfReader {
   Ingested read() {
     for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
     if (ingested_.meshes.empty()) fail_invalid("no triangle to bake: " + summary());
-    if (options_.placements) place();
+    if (options_.placements || options_.lights) place();
     ingested_.sources = buffers_.files();
     return std::move(ingested_);
   }
 
  private:
   // Nodes that are wrong cost no mesh: as without placements, all are given.
-  void place() try { read_placements(document_, ingested_); } catch (const GltfFailure& failure) {
-    ingested_.placements.clear();
+  void place() try { read_placements(document_, options_.lights, ingested_); } catch (const GltfFailure& failure) {
+    ingested_.placements.clear(), ingested_.lights.clear();
     note("its nodes cannot be read, so that its meshes stand as they are: " + failure.error.message);
   }
 

@@ -31,6 +31,7 @@ class GltfDocument {
   std::optional<uint32_t> index(const char* key) const { return root().index(key); }
   // One element of a top-level array, such as ("accessors", 3). Throws where there is none.
   GltfObject element(const char* array, uint32_t index) const;
+  std::optional<GltfObject> extension(const char* name) const { return root().extension(name); }  // of the whole file
   bool uses_extension(const std::string& name) const;  // listed as used or as required
 
  private:

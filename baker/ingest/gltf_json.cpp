@@ -82,6 +82,11 @@ std::optional<GltfObject> GltfObject::object(const char* key) const {
   return GltfObject(*found, place_of(key));
 }
 
+std::optional<GltfObject> GltfObject::object_if_one(const char* key) const {
+  const json* found = find(key);
+  return found != nullptr && found->is_object() ? object(key) : std::nullopt;
+}
+
 GltfObject GltfObject::required_object(const char* key) const {
   std::optional<GltfObject> child = object(key);
   if (!child) fail(std::string("has no ") + key);

@@ -44,6 +44,7 @@ class GltfObject {
   std::string text_or(const char* key, const char* missing) const;
 
   std::optional<GltfObject> object(const char* key) const;
+  std::optional<GltfObject> object_if_one(const char* key) const;  // `extras` may be anything
   GltfObject required_object(const char* key) const;
   std::optional<GltfObject> extension(const char* name) const;
   const nlohmann::json& array(const char* key) const;  // an empty array where absent

@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "ingest/gltf_lights.h"
+
 namespace vcd::baker {
 
 using nlohmann::json;
@@ -86,8 +88,8 @@ Matrix local_transform(const GltfObject& node, std::string& odd) {
 
 class NodeReader {
  public:
-  NodeReader(const GltfDocument& document, Ingested& ingested)
-      : document_(document), ingested_(ingested), nodes_(document.count("nodes")) {
+  NodeReader(const GltfDocument& document, bool lights, Ingested& ingested)
+      : document_(document), lights_(lights), ingested_(ingested), nodes_(document.count("nodes")) {
     for (uint32_t i = 0; i < ingested.meshes.size(); ++i) mesh_of_source_.emplace(ingested.meshes[i].source_index, i);
   }
 
@@ -99,6 +101,7 @@ class NodeReader {
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
       if (nodes_[index].in_scene) place(index);
     }
+    if (lights_) read_lights();
     if (ingested_.placements.empty()) note("no node of the default scene places a mesh");
   }
 
@@ -215,9 +218,22 @@ class NodeReader {
     }
   }
 
+  void read_lights() {
+    for (uint32_t index = 0; index < nodes_.size(); ++index) {
+      if (!nodes_[index].in_scene) continue;
+      if (const auto light = light_of_node(document_, node(index), nodes_[index].to_scene))
+        ingested_.lights.push_back(*light);
+    }
+    if (document_.count("scenes") == 0) return;
+    if (!has_sky_light(document_.element("scenes", document_.index("scene").value_or(0)))) return;
+    ingested_.lights.emplace_back();
+    ingested_.lights.back().shape = SceneLight::Shape::sky;
+  }
+
   void note(std::string sentence) { ingested_.notes.push_back(std::move(sentence)); }
 
   const GltfDocument& document_;
+  bool lights_;
   Ingested& ingested_;
   std::unordered_map<uint32_t, uint32_t> mesh_of_source_;
   std::vector<Node> nodes_;
@@ -226,7 +242,9 @@ class NodeReader {
 
 }  // namespace
 
-void read_placements(const GltfDocument& document, Ingested& ingested) { NodeReader(document, ingested).read(); }
+void read_placements(const GltfDocument& document, bool lights, Ingested& ingested) {
+  NodeReader(document, lights, ingested).read();
+}
 
 const char* why_not_invertible(const std::array<double, 12>& transform) {
   const auto is_float = [](double value) { return std::fabs(value) <= std::numeric_limits<float>::max(); };

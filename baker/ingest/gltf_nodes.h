@@ -19,7 +19,8 @@ namespace vcd::baker {
 // a rotation without a direction, a cycle (which is left out). Throws GltfFailure (invalid_file), which names the node:
 // indices out of range, transforms that are not so many numbers. Time and memory are linear in the nodes, however deep
 // they are nested.
-void read_placements(const GltfDocument& document, Ingested& ingested);
+// lights: whether to append the scene's lights to ingested.lights, too (gltf_lights.h).
+void read_placements(const GltfDocument& document, bool lights, Ingested& ingested);
 
 // Why single precision cannot undo a row-major 3 x 4 transform ("its scale is zero"); nullptr if it can.
 const char* why_not_invertible(const std::array<double, 12>& transform);

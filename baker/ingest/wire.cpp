@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -15,10 +16,11 @@ namespace vcd::baker {
 namespace {
 
 // Layout: kBegin; 0 or the ErrorCode; for an Error its message, else the meshes (count; for each name,
-// source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements (array) and
-// the sources (count; for each name, hash); kEnd. All numbers are uint64_t; a string or array is its count, then its
-// items as they are in memory.
+// source_index, positions, triangles, shift, what was left out), the notes (count; strings), the placements and lights
+// (arrays) and the sources (count; for each name, hash); kEnd. All numbers are uint64_t; a string or array is its
+// count, then its items as they are in memory.
 static_assert(sizeof(Placement) == 13 * 8, "no padding, whose bytes would be anyone's");
+static_assert(sizeof(SceneLight) == 15 * 8, "likewise");
 constexpr uint64_t kBegin = 0x6E49'7365'7364'6356;
 constexpr uint64_t kEnd = 0x646E'4573'6873'656D;
 constexpr size_t kChunk = size_t{1} << 30;  // one call moves at most 2 GiB
@@ -99,10 +101,20 @@ bool write_ingested(Writer& writer, const Ingested& ingested) {
   }
   ok = ok && writer.number(ingested.notes.size());
   for (const std::string& note : ingested.notes) ok = ok && writer.items(note);
-  ok = ok && writer.items(ingested.placements) && writer.number(ingested.sources.size());
+  ok = ok && writer.items(ingested.placements) && writer.items(ingested.lights) &&
+       writer.number(ingested.sources.size());
   for (const SourceFile& source : ingested.sources)
     ok = ok && writer.items(source.name) && writer.bytes(source.hash.data(), source.hash.size());
   return ok;
+}
+
+bool is_sound(const SceneLight& light) {
+  const auto finite = [](const SceneLight::Vector& v) {
+    return std::ranges::all_of(v, [](double x) { return std::isfinite(x); });
+  };
+  return light.shape <= SceneLight::Shape::sky && finite(light.position) && finite(light.direction) &&
+         std::isfinite(light.cone_cosine) && std::isfinite(light.range) &&
+         std::ranges::all_of(light.half_edges, finite);
 }
 
 bool read_ingested(Reader& reader, Ingested& ingested) {
@@ -136,6 +148,7 @@ bool read_ingested(Reader& reader, Ingested& ingested) {
   for (const Placement& placement : ingested.placements) {
     if (placement.mesh >= ingested.meshes.size() || why_not_invertible(placement.transform)) return false;
   }
+  if (!reader.items(ingested.lights) || !std::ranges::all_of(ingested.lights, is_sound)) return false;
   uint64_t source_count = 0;
   if (!reader.count(source_count, sizeof(uint64_t) + sizeof(ContentHash))) return false;
   for (uint64_t i = 0; i < source_count; ++i) {

@@ -29,7 +29,8 @@ ObjectToWrite BakedObject::to_write() const {
           tree_pieces(arrays_->tree.view()),
           arrays_->geometry,
           bytes_of(arrays_->hierarchy),
-          std::as_bytes(std::span(arrays_->clearances))};
+          std::as_bytes(std::span(arrays_->clearances)),
+          {arrays_->horizons.data.get(), arrays_->horizons.size}};
 }
 
 void describe_source(const PreparedMesh& mesh, ObjectRecord& record) {
@@ -84,11 +85,13 @@ BakedObject make_object(const PreparedMesh& mesh, const Classification& classifi
 }
 
 BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<std::byte>&& geometry,
-                                        HierarchySection&& hierarchy, std::optional<Plan> plan) {
+                                        HierarchySection&& hierarchy, AlignedBytes&& horizons,
+                                        std::optional<Plan> plan) {
   TreeArrays tree = unclassified_tree(1);
   const TreeStatistics counts = measure_tree(tree.view());
-  BakedObject object = make_object(mesh, {Method::none, 1, 0, 0}, counts,
-                                   {std::move(tree), std::move(geometry), {}, std::move(hierarchy)});
+  BakedObject object =
+      make_object(mesh, {Method::none, 1, 0, 0}, counts,
+                  {std::move(tree), std::move(geometry), {}, std::move(hierarchy), std::move(horizons)});
   object.plan = std::move(plan);
   return object;
 }

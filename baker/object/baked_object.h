@@ -18,6 +18,7 @@ struct BakedObject::Arrays {
   std::vector<std::byte> geometry;  // Draco bytes, or none
   std::vector<uint8_t> clearances;  // kClearanceBytes of them, or none
   HierarchySection hierarchy = {};  // or empty
+  AlignedBytes horizons = {};       // or without data
 };
 
 // How an object's cells were classified.
@@ -34,6 +35,7 @@ BakedObject make_object(const PreparedMesh& mesh, const Classification& classifi
 
 // The object whose cells answer nothing, since they would not pay. plan: if that was its choice.
 BakedObject make_object_without_answers(const PreparedMesh& mesh, std::vector<std::byte>&& geometry,
-                                        HierarchySection&& hierarchy, std::optional<Plan> plan = {});
+                                        HierarchySection&& hierarchy, AlignedBytes&& horizons,
+                                        std::optional<Plan> plan = {});
 
 }  // namespace vcd::baker

@@ -59,6 +59,10 @@ uint32_t DagBuilder::intern_below_top(const Subtree& subtree, uint32_t first) {
 }
 
 void DagBuilder::append(const Subtree& subtree) {
+  if (subtree.all) {
+    top_.push_back(*subtree.all);  // the index of the uniform block, in each pool
+    return;
+  }
   if (!shape_.has_blocks256) {
     top_.push_back(intern_below_top(subtree, 0));
     return;
@@ -84,7 +88,7 @@ TreeArrays DagBuilder::take() {
 TreeArrays unclassified_tree(uint32_t depth) {
   const TreeShape shape = tree_shape(depth);
   Subtree unclassified;
-  unclassified.bricks.assign(bricks_below_top(shape), kUnclassified);
+  unclassified.all = kUnclassified;
   DagBuilder dag(depth);
   for (uint32_t slot = 0; slot < shape.top_words(); ++slot) dag.append(unclassified);
   return dag.take();

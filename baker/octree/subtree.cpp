@@ -58,6 +58,10 @@ class Builder {
 
 Subtree classify_subtree(const CellSource& source, const Cell& top, uint32_t value, Workspace& workspace) {
   Subtree subtree;
+  if (value < kUniformBlocks) {
+    subtree.all = value;
+    return subtree;
+  }
   subtree.bricks.resize(bricks_below_top(tree_shape(source.depth)));
   Builder(source, workspace, subtree).visit(top, value);
   return subtree;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include <vcd/baker/cell.h>
@@ -40,6 +41,7 @@ struct Subtree {
   // bricks_below_top() of them: a class (the whole brick has it), or kDeeper + index into `words`.
   std::vector<uint32_t> bricks;
   std::vector<BrickWords> words;
+  std::optional<uint32_t> all = {};  // the class of everything, below kUniformBlocks; then there are no bricks
 };
 
 // value: the class of the top cell where an ancestor or the cell itself decided it, else kDeeper.

@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <vcd/format/layout.h>
+
 namespace vcd::baker {
 namespace {
 
@@ -64,21 +66,30 @@ void weld(SourceMesh&& source, PreparedMesh& mesh) {
     for (float& x : p) x += 0.0f;  // -0 becomes +0
 
   std::vector<bool> used(source.positions.size());
-  std::erase_if(source.triangles, [&](const TriangleIndices& t) {
+  struct Numbered {
+    TriangleIndices corners;
+    uint32_t source;
+    auto operator<=>(const Numbered&) const = default;
+  };
+  std::vector<Numbered> numbered;
+  mesh.source_triangles.assign(source.triangles.size(), kNone);
+  for (uint32_t i = 0; i < source.triangles.size(); ++i) {
+    const TriangleIndices& t = source.triangles[i];
     const bool flat = has_zero_area(source.positions[t[0]], source.positions[t[1]], source.positions[t[2]]);
     mesh.zero_area_triangles += flat;
-    if (!flat) used[t[0]] = used[t[1]] = used[t[2]] = true;
-    return flat;
-  });
+    if (!flat) used[t[0]] = used[t[1]] = used[t[2]] = true, numbered.push_back({t, i});
+  }
+  source.triangles = {};
 
   const std::vector<uint32_t> remap = sort_positions(source.positions, used, mesh.positions);
   source.positions = {};
-  mesh.triangles = std::move(source.triangles);
-  for (TriangleIndices& t : mesh.triangles) t = ascending({remap[t[0]], remap[t[1]], remap[t[2]]});
-  std::sort(mesh.triangles.begin(), mesh.triangles.end());
-  const auto end = std::unique(mesh.triangles.begin(), mesh.triangles.end());
-  mesh.duplicate_triangles = static_cast<uint64_t>(mesh.triangles.end() - end);
-  mesh.triangles.erase(end, mesh.triangles.end());
+  for (Numbered& t : numbered) t.corners = ascending({remap[t.corners[0]], remap[t.corners[1]], remap[t.corners[2]]});
+  std::sort(numbered.begin(), numbered.end());
+  for (const Numbered& t : numbered) {
+    if (mesh.triangles.empty() || mesh.triangles.back() != t.corners) mesh.triangles.push_back(t.corners);
+    mesh.source_triangles[t.source] = static_cast<uint32_t>(mesh.triangles.size() - 1);
+  }
+  mesh.duplicate_triangles = numbered.size() - mesh.triangles.size();
   mesh.triangles.shrink_to_fit();
 }
 

@@ -17,7 +17,7 @@ std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::v
   const size_t first = findings.size();
   Reading reading{file, level, findings};
   const bool complete = read_header(reading) && read_section_table(reading) && read_objects(reading) &&
-                        read_trees(reading) && read_hierarchies(reading);
+                        read_trees(reading) && read_hierarchies(reading) && read_horizons(reading);
   if (complete && reading.checksums()) check_unknown_sections(reading);
   if (complete) read_provenance(reading);
   if (!complete || has_error(std::span(findings).subspan(first))) return std::nullopt;

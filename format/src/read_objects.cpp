@@ -127,13 +127,14 @@ bool set_clearance(Reading& reading, const SectionEntry& s, uint64_t at) {
   return true;
 }
 
-// The section's content is looked at by read_hierarchies().
-bool set_hierarchy(Reading& reading, uint32_t section, uint64_t at) {
-  const uint32_t object = reading.contents.sections[section].object;
-  reading.hierarchies.resize(reading.contents.objects.size(), kNone);
-  if (reading.hierarchies[object] != kNone)
-    return reading.report(FindingId::section_count, at, "a second HIER of object " + std::to_string(object));
-  reading.hierarchies[object] = section;
+// A HIER or HORZ section, whose content is looked at later. `of_objects` has the ones of its type.
+bool set_section(Reading& reading, std::vector<uint32_t>& of_objects, uint32_t section, uint64_t at) {
+  const SectionEntry& s = reading.contents.sections[section];
+  of_objects.resize(reading.contents.objects.size(), kNone);
+  if (of_objects[s.object] != kNone)
+    return reading.report(FindingId::section_count, at,
+                          "a second " + section_type_name(s.type) + " of object " + std::to_string(s.object));
+  of_objects[s.object] = section;
   return true;
 }
 
@@ -143,11 +144,12 @@ bool check_owner(Reading& reading, uint32_t section) {
   const SectionEntry& s = reading.contents.sections[section];
   const uint64_t at = reading.entry_offset(section);
   if (s.type != kSectionTree && s.type != kSectionGeometry && s.type != kSectionClearance &&
-      s.type != kSectionHierarchy)
+      s.type != kSectionHierarchy && s.type != kSectionHorizon)
     return true;
   if (s.object >= reading.contents.objects.size()) return reading.report(FindingId::section_object, at);
   if (s.type == kSectionClearance) return set_clearance(reading, s, at);
-  if (s.type == kSectionHierarchy) return set_hierarchy(reading, section, at);
+  if (s.type == kSectionHierarchy) return set_section(reading, reading.hierarchies, section, at);
+  if (s.type == kSectionHorizon) return set_section(reading, reading.horizons, section, at);
   const ObjectRecord& r = *reading.contents.objects[s.object].record;
   return (s.type == kSectionTree ? r.tree_section : r.geometry_section) == section ||
          reading.report(FindingId::section_object, at, "its object does not name it");

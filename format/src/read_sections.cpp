@@ -53,6 +53,7 @@ bool check_kind(Reading& reading, const SectionEntry& e, uint64_t at) {
       alignment = is_zstd(e) ? kSmallAlignment : kPageAlignment;
       break;
     case kSectionHierarchy:
+    case kSectionHorizon:
       owned = true, raw_only = false, flags = 0;
       alignment = is_zstd(e) ? kSmallAlignment : kUnitAlignment;
       break;

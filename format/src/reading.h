@@ -27,6 +27,7 @@ struct Reading {
   const SectionEntry* names = nullptr;
   const SectionEntry* provenance = nullptr;
   std::vector<uint32_t> hierarchies{};  // for each object its HIER section or kNone; empty if there is none at all
+  std::vector<uint32_t> horizons{};     // likewise its HORZ section
 
   bool checksums() const { return level >= CheckLevel::checksums; }
   bool canonical() const { return level >= CheckLevel::canonical; }
@@ -49,8 +50,8 @@ struct Reading {
 
 inline bool is_zstd(const SectionEntry& e) { return e.storage == static_cast<uint32_t>(Storage::zstd); }
 
-// The logical bytes of a TREE or HIER section, in place where that is possible, else in `inflated`. 64-byte aligned.
-// Empty after a finding.
+// The logical bytes of a TREE, HIER or HORZ section, in place where that is possible, else in `inflated`. 64-byte
+// aligned. Empty after a finding.
 Bytes mapped_bytes(Reading& reading, const SectionEntry& e, const std::string& owner);
 
 bool read_header(Reading& reading);         // magic, version, size
@@ -58,6 +59,7 @@ bool read_section_table(Reading& reading);  // every entry, where its bytes lie,
 bool read_objects(Reading& reading);        // OBJT and NAME, and what belongs to which object
 bool read_trees(Reading& reading);
 bool read_hierarchies(Reading& reading);
+bool read_horizons(Reading& reading);           // behind the hierarchies
 bool check_unknown_sections(Reading& reading);  // the logical checksums of compressed ones
 void read_provenance(Reading& reading);
 

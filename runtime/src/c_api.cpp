@@ -97,7 +97,8 @@ void occluded(const vcd_object* object, const Bundle& bundle, vcd_from from, uin
 vcd::SceneQuery translate(const vcd_scene_query* query, size_t origins) {
   if (!query) return {};
   assert(is_whole(*query));
-  return {mask_of(query->mask), query->origins ? std::span(query->origins, origins) : std::span<const uint32_t>{}};
+  const auto all = [&](const uint32_t* of) { return of ? std::span(of, origins) : std::span<const uint32_t>{}; };
+  return {mask_of(query->mask), all(query->origins), all(query->primitives)};
 }
 
 // The caller's function, as a Scene asks it.
@@ -231,6 +232,43 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
 }
 
+int vcd_object_has_horizons(const vcd_object* object) { return object->object.has_horizons(); }
+
+vcd_visibility vcd_classify_self(const vcd_object* object, const vcd_segment* segment, uint32_t primitive) {
+  return static_cast<vcd_visibility>(object->object.classify_self(translate(*segment), primitive));
+}
+
+void vcd_classify_self_array(const vcd_object* object, const vcd_segment* segments, const uint32_t* primitives,
+                             size_t count, uint8_t* answers) {
+  object->object.classify_self(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {primitives, count},
+                               {reinterpret_cast<vcd::Visibility*>(answers), count});
+}
+
+int vcd_occluded_self(const vcd_object* object, const vcd_segment* segment, uint32_t primitive) {
+  return object->object.occluded_self(translate(*segment), primitive);
+}
+
+void vcd_occluded_self_array(const vcd_object* object, const vcd_segment* segments, const uint32_t* primitives,
+                             size_t count, uint64_t* blocked) {
+  object->object.occluded_self(std::span(reinterpret_cast<const vcd::Segment*>(segments), count), {primitives, count},
+                               {blocked, (count + 63) / 64});
+}
+
+void vcd_occluded_self_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint32_t primitive,
+                            uint64_t* blocked) {
+  object->object.occluded_self(translate(*bundle), primitive, {blocked, (bundle->count + 63) / 64});
+}
+
+void vcd_occluded_self_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint32_t primitive,
+                              uint64_t* blocked) {
+  object->object.occluded_self(translate(*bundle), primitive, {blocked, (bundle->count + 63) / 64});
+}
+
+void vcd_occluded_self_point(const vcd_object* object, const vcd_point_bundle* bundle, uint32_t primitive,
+                             uint64_t* blocked) {
+  object->object.occluded_self(translate(*bundle), primitive, {blocked, (bundle->count + 63) / 64});
+}
+
 int vcd_object_has_hierarchy(const vcd_object* object) { return object->object.has_hierarchy(); }
 
 int vcd_occluded(const vcd_object* object, const vcd_segment* segment, vcd_from from) {
@@ -300,6 +338,11 @@ int vcd_scene_has_hierarchies(const vcd_scene* scene) { return scene->scene.has_
 
 int vcd_scene_occluded_one(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin) {
   return scene->scene.occluded(translate(*segment), {mask_of(mask), std::span(&origin, 1)});
+}
+
+int vcd_scene_occluded_self(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin,
+                            uint32_t primitive) {
+  return scene->scene.occluded(translate(*segment), {mask_of(mask), std::span(&origin, 1), std::span(&primitive, 1)});
 }
 
 void vcd_scene_occluded(const vcd_scene* scene, const vcd_segment* segments, size_t count, const vcd_scene_query* query,

@@ -48,22 +48,46 @@ QuadBundle part_of(const QuadBundle& bundle, size_t first, size_t count) {
   return part;
 }
 
+// Directions of a part of a bundle, padded to whole runs.
+struct Directions {
+  alignas(64) float of[3][kChunk];
+
+  template <class Bundle>
+  explicit Directions(const Bundle& part) {
+    const size_t padded = (part.size() + kRun - 1) / kRun * kRun;
+    for (size_t i = 0; i < padded; ++i) {
+      const Segment s = segment_of(part, std::min(i, part.size() - 1));
+      for (int a = 0; a < 3; ++a) of[a][i] = s.direction[a];
+    }
+  }
+};
+
+template <class Bundle>
+Fan fan_of(const Bundle& part, const Directions& directions, const SampleBits& live) {
+  return {{part.origin[0], part.origin[1], part.origin[2]},
+          {directions.of[0], directions.of[1], directions.of[2]},
+          part.size(),
+          live};
+}
+
+// decide(fan) of each chunk is stored.
+template <class Bundle, class Decide>
+void by_fans(const Bundle& bundle, uint64_t* words, const Decide& decide) {
+  for (size_t first = 0; first < bundle.size(); first += kChunk) {
+    const Bundle part = part_of(bundle, first, std::min(kChunk, bundle.size() - first));
+    const Directions directions(part);
+    decide(fan_of(part, directions, SampleBits::first(part.size()))).store(part.size(), words + first / 64);
+  }
+}
+
 template <class Bundle, class Classify>
 void occluded_bundle(const ObjectData& object, const Bundle& bundle, uint64_t* blocked, bool look_up,
                      const Classify& classify) {
   for (size_t first = 0; first < bundle.size(); first += kChunk) {
     const Bundle part = part_of(bundle, first, std::min(kChunk, bundle.size() - first));
     const auto trace = [&](const SampleBits& live) {
-      alignas(64) float direction[3][kChunk];
-      const size_t padded = (part.size() + kRun - 1) / kRun * kRun;
-      for (size_t i = 0; i < padded; ++i) {
-        const Segment s = segment_of(part, std::min(i, part.size() - 1));
-        for (int a = 0; a < 3; ++a) direction[a][i] = s.direction[a];
-      }
-      return object.trace->fan(object.traced, {{bundle.origin[0], bundle.origin[1], bundle.origin[2]},
-                                               {direction[0], direction[1], direction[2]},
-                                               part.size(),
-                                               live});
+      const Directions directions(part);
+      return object.trace->fan(object.traced, fan_of(part, directions, live));
     };
     decide(
         part.size(), look_up, [&](auto b, auto u) { classify(part, b, u); }, trace)
@@ -147,6 +171,88 @@ void Object::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, Fr
   occluded_bundle(*data_, bundle, blocked.data(), false, [](const PointBundle&, auto, auto) {});
 }
 bool Object::has_hierarchy() const noexcept { return static_cast<bool>(data_->traced.view); }
+
+bool Object::has_horizons() const noexcept { return static_cast<bool>(data_->horizons.view); }
+
+Visibility Object::classify_self(const Segment& segment, uint32_t primitive) const noexcept {
+  return is_clear(data_->horizons, segment, primitive) ? Visibility::clear : Visibility::unclassified;
+}
+
+bool Object::occluded_self(const Segment& segment, uint32_t primitive) const noexcept {
+  return classify_self(segment, primitive) != Visibility::clear && data_->trace->one(data_->traced, segment);
+}
+
+void Object::classify_self(std::span<const Segment> segments, std::span<const uint32_t> primitives,
+                           std::span<Visibility> answers) const noexcept {
+  assert(answers.size() >= segments.size() && primitives.size() >= segments.size());
+  std::fill_n(answers.data(), segments.size(), Visibility::unclassified);
+  for (size_t first = 0; has_horizons() && first < segments.size(); first += kChunk)
+    for (size_t i : data_->horizon->array(data_->horizons, segments.data() + first, primitives.data() + first,
+                                          std::min(kChunk, segments.size() - first)))
+      answers[first + i] = Visibility::clear;
+}
+
+void Object::occluded_self(std::span<const Segment> segments, std::span<const uint32_t> primitives,
+                           std::span<uint64_t> blocked) const noexcept {
+  assert(has_words_for(segments.size(), blocked) && primitives.size() >= segments.size());
+  for (size_t first = 0; first < segments.size(); first += kChunk) {
+    const size_t count = std::min(kChunk, segments.size() - first);
+    const Segment* const part = segments.data() + first;
+    SampleBits left = SampleBits::first(count);
+    if (has_horizons())
+      left = left.without(data_->horizon->array(data_->horizons, part, primitives.data() + first, count));
+    const SampleBits met = left.any() ? data_->trace->array(data_->traced, part, left) : SampleBits{};
+    met.store(count, blocked.data() + first / 64);
+  }
+}
+
+namespace {
+
+template <class Bundle>
+void classify_self_bundle(const ObjectData& object, const Bundle& bundle, uint32_t primitive, uint64_t* unclassified) {
+  by_fans(bundle, unclassified, [&](const Fan& fan) {
+    return object.horizons.view ? fan.live.without(object.horizon->fan(object.horizons, fan, primitive)) : fan.live;
+  });
+}
+
+template <class Bundle>
+void occluded_self_bundle(const ObjectData& object, const Bundle& bundle, uint32_t primitive, uint64_t* blocked) {
+  by_fans(bundle, blocked, [&](Fan fan) {
+    if (object.horizons.view) fan.live = fan.live.without(object.horizon->fan(object.horizons, fan, primitive));
+    return fan.live.any() ? object.trace->fan(object.traced, fan) : SampleBits{};
+  });
+}
+
+}  // namespace
+
+void Object::classify_self(const QuadBundle& bundle, uint32_t primitive,
+                           std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, unclassified));
+  classify_self_bundle(*data_, bundle, primitive, unclassified.data());
+}
+void Object::classify_self(const SphereBundle& bundle, uint32_t primitive,
+                           std::span<uint64_t> unclassified) const noexcept {
+  assert(fits(bundle, unclassified));
+  classify_self_bundle(*data_, bundle, primitive, unclassified.data());
+}
+void Object::classify_self(const PointBundle& bundle, uint32_t primitive,
+                           std::span<uint64_t> unclassified) const noexcept {
+  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size());
+  assert(has_words_for(bundle.size(), unclassified));
+  classify_self_bundle(*data_, bundle, primitive, unclassified.data());
+}
+void Object::occluded_self(const QuadBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept {
+  assert(fits(bundle, blocked));
+  occluded_self_bundle(*data_, bundle, primitive, blocked.data());
+}
+void Object::occluded_self(const SphereBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept {
+  assert(fits(bundle, blocked));
+  occluded_self_bundle(*data_, bundle, primitive, blocked.data());
+}
+void Object::occluded_self(const PointBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept {
+  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size() && has_words_for(bundle.size(), blocked));
+  occluded_self_bundle(*data_, bundle, primitive, blocked.data());
+}
 
 std::string_view Object::name() const noexcept { return data_->name; }
 const ObjectRecord& Object::record() const noexcept { return *data_->record; }

@@ -86,6 +86,8 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
     data.record = &record, data.name = object.name;
     data.traced = traced(object.hierarchy);
     data.trace = object.hierarchy ? &chosen->trace : &kNoHierarchy;
+    data.horizons = {object.horizon, object.hierarchy};
+    data.horizon = &chosen->horizon;
     const auto method = static_cast<Method>(record.method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
       data.classify_one = kClassifyOne[record.depth - 1u];

@@ -81,8 +81,8 @@ class Section:
 #            critical, owned by an object, storages
 KNOWN = {"OBJT": (1, False, (0,)), "NAME": (1, False, (0,)), "PROV": (0, False, (0,)),
          "TREE": (1, True, (0, 1)), "GEOM": (0, True, (0,)),
-         "CLEA": (0, True, (0,)), "HIER": (0, True, (0, 1))}
-RAW_ALIGNMENT = {"TREE": 4096, "HIER": 64}                                               # of the others: 8
+         "CLEA": (0, True, (0,)), "HIER": (0, True, (0, 1)), "HORZ": (0, True, (0, 1))}
+RAW_ALIGNMENT = {"TREE": 4096, "HIER": 64, "HORZ": 64}                                               # of the others: 8
 
 
 class VcdFile:
@@ -243,10 +243,37 @@ class VcdFile:
         section = self.owned.get(("HIER", index))
         return None if section is None else Hierarchy(self.contents[section], self.objects[index], self.sections[section])
 
+    def check_horizons(self, index):
+        """*HORZ section* of an object, if it has one: every rule that needs no mesh."""
+        if ("HORZ", index) not in self.owned:
+            return
+        section = self.sections[self.owned["HORZ", index]]
+        data, where, at = self.contents[section.index], "HORZ section", section.offset
+        require(("HIER", index) in self.owned, where, at, "its object has no HIER section")
+        require(len(data) >= 320, where, at, "the section is too small")
+        entries, reserved = struct.unpack_from("<II", data)
+        uniform, cosine = struct.unpack_from("<2f", data, 16)
+        require(len(data) == 320 + 12 * entries, where, at, "entries is not the section's size")
+        require(reserved == 0 and not any(data[280:320]), where, at, "the header's padding is not zero")
+        require(0 <= uniform <= 1 and 0 <= cosine <= 1, where, at + 16, "no shares")
+        for table in range(4):
+            slopes = struct.unpack_from("<16f", data, 24 + 64 * table)
+            require(0 < slopes[0] and slopes[14] <= 16 and math.isinf(slopes[15]) and slopes[15] > 0
+                    and all(a <= b for a, b in zip(slopes, slopes[1:])), where, at + 24 + 64 * table, "slopes")
+        leaves = self.hierarchy(index).leaf_sizes
+        for i in range(entries):
+            place, codes = struct.unpack_from("<I8s", data, 320 + 12 * i)
+            if place == 0:
+                require(codes == b"\xff" * 8, where, at + 320 + 12 * i, "codes without a place")
+                continue
+            large, count = leaves.get(place & 0xFFFFFF, (None, 0))
+            require(large == (place >> 26 & 1) and place >> 27 & 15 < count, where, at + 320 + 12 * i, "no triangle")
+
     def dump(self):
         for i, o in enumerate(self.objects):
             self.tree(i).check_counts()
             o.hierarchy = self.hierarchy(i)
+            self.check_horizons(i)
         return {"version": [self.major, self.minor], "sections": [s.describe() for s in self.sections],
                 "objects": [o.describe() for o in self.objects], "provenance": self.provenance}
 
@@ -529,6 +556,7 @@ class Hierarchy:
 
     def __init__(self, data, record, section):
         self.data, self.section, self.triangles = data, section, []
+        self.leaf_sizes = {}                                   # by unit: whether it is a large leaf, and its triangles
         self.check(len(data) >= (1 + NODE_UNITS) * UNIT, 0, "the section is too small")
         self.units, self.node_count, self.leaf_count, self.levels, triangle_count = struct.unpack_from("<IIIIQ", data)
         self.check(len(data) == UNIT * self.units and self.units <= 0x1FFFFFFF, 0, "units is not the section's size")
@@ -597,6 +625,7 @@ class Hierarchy:
         self.check(all(math.isfinite(x) for vertex in vertices for x in vertex), unit, "a vertex is not finite")
         self.check(all(vertex == vertices[max(used)] for vertex in vertices[max(used):]), unit,
                    "vertices behind the last one do not repeat it")
+        self.leaf_sizes[unit] = (large, n)
         self.triangles += [tuple(vertices[corner] for corner in triangle) for triangle in corners[:n]]
         low, high = box_of(vertices)
         self.check(extent == max(rounded_up(Fraction(b) - Fraction(a)) for a, b in zip(low, high)), unit, "extent is not the longest side")

@@ -72,7 +72,7 @@ CellClass class_at(const BakedObject& object, const LineCell& line) { return cla
 TEST(BakeForDemand, GivesTheSameBytesOnAnyNumberOfThreads) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh, 1000);
-  for (const uint64_t budget : {400'000u}) {
+  for (const uint64_t budget : {330'000u}) {
     std::vector<std::vector<std::byte>> files;
     for (const unsigned threads : {1u, 3u}) {
       BakeOptions options = options_for(demand, Method::hybrid, 8);
@@ -88,11 +88,12 @@ TEST(BakeForDemand, KeepsToItsBudgetAndAnswersMoreWithMore) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh, 20000);
   double share = 0;
-  for (const uint64_t budget : {300'000u, 400'000u, 600'000u}) {
+  for (const uint64_t budget : {300'000u, 340'000u, 400'000u}) {
     BakeOptions options = options_for(demand, Method::hybrid, 8);
     options.budget_bytes = budget;
     const BakedObject baked = must_bake_for(mesh, options);
     EXPECT_LE(sidecar_bytes({&baked}).size(), budget);
+    EXPECT_GE(sidecar_bytes({&baked}).size(), budget - budget / 20) << "equal blocks are not reckoned twice";
     EXPECT_EQ(baked.cells_demoted, 0u) << "what does not fit is not divided";
     EXPECT_GT(baked.demand->share(), share);
     share = baked.demand->share();
@@ -120,7 +121,7 @@ TEST(BakeForDemand, WhatIsAskedHasTheClassOfAnOrdinaryBake) {
   for (const Method method : {Method::proven, Method::hybrid, Method::sampled})
     for (const uint32_t depth : {2u, 5u, 6u, 7u, 8u}) {
       BakeOptions options = options_for(demand, method, depth);
-      options.budget_bytes = uint64_t{100} << 20;
+      options.budget_bytes = uint64_t{1} << 20;
       const BakedObject asked = must_bake_for(mesh, options);
       const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
       Workspace workspace;
@@ -143,7 +144,7 @@ TEST(BakeForDemand, NoProvenAnswerIsWrongAtDepthEight) {
     const PreparedMesh mesh = prepared(std::move(source));
     const Demand demand = demand_of(mesh, 20000);
     BakeOptions options = options_for(demand, Method::hybrid, 8);
-    options.audit_lines = 30000;
+    options.audit_lines = 30000, options.budget_bytes = 500'000;
     const BakedObject baked = must_bake_for(mesh, options);
     ASSERT_EQ(baked.record.depth, 8);
     TreeView proofs = baked.tree();
@@ -247,7 +248,7 @@ TEST(BakeForDemand, ItsDepthFollowsFromTheBytes) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh, 5000);
   uint32_t before = 0;
-  for (const uint64_t budget : {100'000u, 600'000u, 6'000'000u}) {
+  for (const uint64_t budget : {100'000u, 280'000u, 600'000u}) {
     BakeOptions options = options_for(demand, Method::sampled, 0);
     options.budget_bytes = budget, options.samples = 16;
     const BakedObject baked = must_bake_for(mesh, options);

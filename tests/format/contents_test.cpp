@@ -60,6 +60,8 @@ struct Sidecar {
   HierarchyView hierarchy() { return {bytes.data() + section(kSectionHierarchy).offset}; }
   HierarchyHeader& hierarchy_header() { return const_cast<HierarchyHeader&>(hierarchy().header()); }
   HierarchyNode& hierarchy_root() { return const_cast<HierarchyNode&>(hierarchy().node(kRootUnit)); }
+  HorizonHeader& horizon() { return *reinterpret_cast<HorizonHeader*>(bytes.data() + section(kSectionHorizon).offset); }
+  HorizonEntry& horizon_entry(size_t i) { return reinterpret_cast<HorizonEntry*>(&horizon() + 1)[i]; }
   SmallLeaf& hierarchy_leaf() { return const_cast<SmallLeaf&>(hierarchy().small_leaf(hierarchy_root().child[0])); }
 
   void seal() {
@@ -87,17 +89,25 @@ class Contents : public testing::Test {
     const BakedObject three = must_bake(sphere(6, 8), with_geometry);
     several_ = new Buffer(sidecar_bytes({&one, &two, &three}));
     shipped_ = new Buffer(sidecar_bytes({&one, &two, &three}, Storage::zstd));
+    BakeOptions horizons;
+    horizons.method = Method::none, horizons.horizons = true;
+    const BakedObject four = must_bake(sphere(6, 8), horizons);
+    self_ = new Buffer(sidecar_bytes({&four}));
+    shipped_self_ = new Buffer(sidecar_bytes({&four}, Storage::zstd));
   }
   static void TearDownTestSuite() {
     delete small_;
     delete several_;
     delete shipped_;
+    delete self_;
+    delete shipped_self_;
   }
   static inline Buffer *small_, *several_, *shipped_;
+  static inline Buffer *self_, *shipped_self_;  // with horizons
 };
 
 TEST_F(Contents, AcceptsWhatTheWriterWrites) {
-  for (const Buffer* file : {small_, several_, shipped_})
+  for (const Buffer* file : {small_, several_, shipped_, self_, shipped_self_})
     for (CheckLevel level : kLevels) {
       const auto findings = findings_of(*file, level);
       EXPECT_TRUE(findings.empty()) << describe(findings[0]);
@@ -162,6 +172,7 @@ struct Damage {
   FindingId expected;
   std::function<void(Sidecar&)> apply;
   bool seal = true;
+  const Buffer* of = nullptr;  // else small_
 };
 
 TEST_F(Contents, EveryFindingIsFound) {
@@ -227,11 +238,14 @@ TEST_F(Contents, EveryFindingIsFound) {
       {FindingId::hierarchy_order, [](Sidecar& f) { f.hierarchy_root().child[0] += 1; }},
       {FindingId::hierarchy_leaf, [](Sidecar& f) { f.hierarchy_leaf().corner[2][15] = 1; }},
       {FindingId::hierarchy_box, [](Sidecar& f) { f.hierarchy_root().min[1][0] = -1; }},
+      {FindingId::horizon_size, [](Sidecar& f) { f.horizon().entries -= 1; }, true, self_},
+      {FindingId::horizon_slopes, [](Sidecar& f) { f.horizon().slope[2][14] = 0; }, true, self_},
+      {FindingId::horizon_place, [](Sidecar& f) { f.horizon_entry(9).place += 1; }, true, self_},
       {FindingId::provenance, [](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
   };
   std::set<FindingId> seen;
   for (const Damage& damage : damages) {
-    Sidecar file{*small_};
+    Sidecar file{damage.of ? *damage.of : *small_};
     damage.apply(file);
     if (damage.seal) file.seal();
     if (const char* folder = std::getenv("VCD_WRITE_INVALID"))  // how tests/golden/invalid came to be
@@ -254,6 +268,59 @@ TEST_F(Contents, EveryFindingIsFound) {
   lying.header().header_xxh3 = XXH3_64bits(lying.bytes.data(), 56);
   EXPECT_TRUE(found(findings_of(lying.bytes), FindingId::logical_checksum));
   EXPECT_EQ(seen.size() + 3, all_findings().size()) << "a finding of the table has no test";
+}
+
+TEST_F(Contents, HorizonsAreHeldToTheirRules) {
+  const auto finding_of = [](const Buffer* file, CheckLevel level, const std::function<void(Sidecar&)>& change) {
+    Sidecar damaged{*file};
+    change(damaged);
+    damaged.seal();
+    const auto findings = findings_of(damaged.bytes, level);
+    return findings.empty() ? std::string() : std::string(finding_info(findings[0].id).id);
+  };
+  const auto canonical = [&](const std::function<void(Sidecar&)>& change) {
+    return finding_of(self_, CheckLevel::canonical, change);
+  };
+  const auto bounds = [&](const std::function<void(Sidecar&)>& change) {
+    return finding_of(self_, CheckLevel::bounds, change);
+  };
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().reserved = 1; }), "horizon-size");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().padding[9] = 1; }), "horizon-size");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().cosine = 1.5f; }), "horizon-size");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().uniform = std::numeric_limits<float>::quiet_NaN(); }), "horizon-size");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[0][0] = 0; }), "horizon-slopes");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[3][15] = 16; }), "horizon-slopes");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[3][14] = 17; }), "horizon-slopes");
+  // What leads out of the hierarchy is found at once, what names no triangle in it by the canonical check.
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place |= kPlaceUnitMask; }), "horizon-place");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place = f.hierarchy_header().units - 3; }), "horizon-place");
+  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place = 0; }), "");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.horizon_entry(3).place = 0; }), "horizon-place");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.horizon_entry(3).place |= 15u << kPlaceTriangleShift; }), "horizon-place");
+  EXPECT_EQ(canonical([](Sidecar& f) {
+              f.horizon_entry(3).place = 0;
+              std::ranges::fill(f.horizon_entry(3).codes, uint8_t{0xFF});
+            }),
+            "");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHierarchy).type = section_type("NEWS"); }), "horizon-size");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).object = kNone; }), "section-object");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).object = 1; }), "section-object");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).flags = 1; }), "section-flags");
+  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).alignment = 8; }), "section-alignment");
+  Buffer second(*self_);
+  SidecarToWrite twice;
+  std::vector<Finding> none;
+  const auto contents = read_sidecar(second, CheckLevel::canonical, none);
+  ASSERT_TRUE(contents);
+  const ObjectContents& object = contents->objects[0];
+  twice.objects = {{object.name, *object.record, {}, {}, object.hierarchy.bytes(), {}, object.horizon.all_bytes()}};
+  OptionalSection again;
+  again.entry.type = kSectionHorizon, again.entry.object = 0, again.entry.alignment = kUnitAlignment;
+  again.logical = object.horizon.all_bytes();
+  twice.others = {again};
+  const auto written = vcd::sidecar_bytes(twice);
+  ASSERT_TRUE(written);
+  EXPECT_TRUE(found(findings_of({written->data.get(), written->size}), FindingId::section_count));
 }
 
 TEST_F(Contents, WhatIsWrongInsideACompressedTreeIsFoundInTheFile) {
@@ -708,7 +775,7 @@ TEST_F(Contents, TheWriterGivesTheSameBytesInMemory) {
     for (const auto& [key, value] : contents->provenance) out.provenance.emplace(key, value);
     for (const ObjectContents& object : contents->objects)
       out.objects.push_back({object.name, *object.record, tree_pieces(object.tree), object.geometry,
-                             object.hierarchy.bytes(), object.clearance});
+                             object.hierarchy.bytes(), object.clearance, object.horizon.all_bytes()});
     const auto memory = vcd::sidecar_bytes(out);
     ASSERT_TRUE(memory.ok());
     EXPECT_EQ(reinterpret_cast<uintptr_t>(memory->data.get()) % 64, 0u);

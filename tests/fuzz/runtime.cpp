@@ -7,6 +7,7 @@
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
 
+#include "fuzz/horizon_promises.h"
 #include "fuzz/hostile_floats.h"
 #include "fuzz/runtime_promises.h"
 #include "fuzz/scene_promises.h"
@@ -128,6 +129,7 @@ void query_objects(const Opened& all, const Opened& proven, std::span<const uint
     const HostileBundles bundles(HostileFloats(tail), record);
     bundle_answers(all, i, bundles.quad), bundle_answers(all, i, bundles.sphere);
     bundle_answers(proven, i, bundles.quad), bundle_answers(proven, i, bundles.sphere);
+    require_horizons_as_the_rule(all.by_kernel, i, tail);
   }
 }
 

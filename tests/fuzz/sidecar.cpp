@@ -58,11 +58,21 @@ uint32_t look_through(const HierarchyView& hierarchy, uint32_t unit) {
   return sum;
 }
 
+// What a query of horizons could read.
+uint32_t look_at_places(const ObjectContents& object) {
+  uint32_t frames = 0;
+  HorizonFrame frame;
+  for (uint32_t i = 0; object.horizon && i < object.horizon.header().entries; ++i)
+    frames += frame_at(object.hierarchy, object.horizon.entries()[i].place, frame);
+  return frames;
+}
+
 void use(Bytes file, const SidecarContents& contents, CheckLevel level) {
   volatile uint32_t sum = 0;
   for (const ObjectContents& object : contents.objects) {
     sum = sum + look_around(object) + static_cast<uint32_t>(object.name.size());
     if (object.hierarchy) sum = sum + look_through(object.hierarchy, kRootUnit);
+    sum = sum + look_at_places(object);
     for (const std::byte b : object.geometry) sum = sum + static_cast<uint32_t>(b);
   }
   for (const auto& [key, value] : contents.provenance) sum = sum + static_cast<uint32_t>(key.size() + value.size());

@@ -31,6 +31,7 @@ class Mutation {
       case kSectionObjects: return bend_in_place(section.logical);
       case kSectionTree: return below(8) == 0 ? bend_in_place(section.logical) : bend_tree(section);
       case kSectionHierarchy: return below(2) ? bend_in_place(section.logical) : bend_hierarchy(section.logical);
+      case kSectionHorizon: return bend_in_place(section.logical);
       default: return below(2) ? bend_in_place(section.logical) : bend_freely(section.logical, 64);
     }
   }

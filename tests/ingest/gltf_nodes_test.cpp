@@ -348,5 +348,81 @@ TEST_F(GltfNodes, OtherFormatsStandAsTheyAre) {
   EXPECT_TRUE(ingest(path)->placements.empty());
 }
 
+// A node's light, in the scene's frame.
+class GltfLights : public GltfNodes {
+ protected:
+  static GltfBuilder with_lights(const json& lights, const json& nodes) {
+    GltfBuilder builder = with_nodes(nodes);
+    builder.document["extensions"]["KHR_lights_punctual"]["lights"] = lights;
+    return builder;
+  }
+  static json node_of_light(int light, json node = json::object()) {
+    node["extensions"]["KHR_lights_punctual"]["light"] = light;
+    return node;
+  }
+  std::vector<SceneLight> lights(const GltfBuilder& builder) { return read(builder, {.lights = true}).lights; }
+};
+
+TEST_F(GltfLights, PunctualOnesStandWhereTheirNodesDo) {
+  const json all = {{{"type", "point"}, {"range", 9}},
+                    {{"type", "directional"}},
+                    {{"type", "spot"}, {"spot", {{"outerConeAngle", std::acos(0.5)}}}}};
+  const json down = {{"translation", {1, 2, 3}}, {"rotation", {-half, 0, 0, half}}};  // -z → -y
+  const auto found =
+      lights(with_lights(all, {{{"mesh", 0}}, node_of_light(0, down), node_of_light(1, down), node_of_light(2, down)}));
+  ASSERT_EQ(found.size(), 3u);
+  using Shape = SceneLight::Shape;
+  EXPECT_EQ(found[0].shape, Shape::point);
+  EXPECT_EQ(found[1].shape, Shape::directional);
+  EXPECT_EQ(found[2].shape, Shape::point);
+  EXPECT_EQ(found[0].position, (SceneLight::Vector{1, 2, 3}));
+  EXPECT_EQ(found[0].range, 9);
+  EXPECT_EQ(found[0].cone_cosine, -1);
+  EXPECT_NEAR(found[2].cone_cosine, 0.5, 1e-12);
+  for (size_t i : {1, 2}) EXPECT_NEAR(found[i].direction[1], -1, 1e-12);
+}
+
+TEST_F(GltfLights, AreaLightsAndTheSkyStandInExtras) {
+  GltfBuilder builder =
+      with_nodes({{{"mesh", 0}, {"extras", "anything"}},
+                  {{"scale", {2, 3, 1}}, {"extras", {{"area_light", {{"width", 4}, {"height", 1}}}}}}});
+  builder.document["scenes"] = {{{"nodes", {0, 1}}, {"extras", {{"sky_light", true}}}}};
+  const auto found = lights(builder);
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_EQ(found[0].shape, SceneLight::Shape::rectangle);
+  EXPECT_EQ(found[0].direction, (SceneLight::Vector{0, 0, -1}));
+  EXPECT_EQ(found[0].half_edges[0], (SceneLight::Vector{4, 0, 0}));
+  EXPECT_EQ(found[0].half_edges[1], (SceneLight::Vector{0, 1.5, 0}));
+  EXPECT_EQ(found[1].shape, SceneLight::Shape::sky);
+  EXPECT_TRUE(read(builder).lights.empty()) << "not asked for";
+}
+
+TEST_F(GltfLights, SurviveTheChildProcess) {
+  const auto path =
+      write("file.gltf", with_lights({{{"type", "point"}}}, {{{"mesh", 0}}, node_of_light(0)}).embedded());
+  const Result<Ingested> direct = ingest(path, {.lights = true}), isolated = ingest_isolated(path, {.lights = true});
+  ASSERT_TRUE(direct.ok() && isolated.ok());
+  EXPECT_EQ(isolated->lights.size(), 1u);
+  EXPECT_EQ(isolated->lights, direct->lights);
+}
+
+TEST_F(GltfLights, WrongOnesLeaveNoneAndANote) {
+  const json point = {{{"type", "point"}}};
+  const std::tuple<json, json, const char*> faults[] = {
+      {point, node_of_light(1), "light 1 does not exist"},
+      {{{{"type", "lamp"}}}, node_of_light(0), "type is not"},
+      {{{{"type", "spot"}}}, node_of_light(0), "spot without a cone"},
+      {{{{"type", "spot"}, {"spot", {{"outerConeAngle", 3}}}}}, node_of_light(0), "quarter turn"},
+      {{{{"type", "point"}, {"range", -1}}}, node_of_light(0), "range is negative"},
+      {{{{"type", "directional"}}}, node_of_light(0, {{"scale", {0, 0, 0}}}), "no direction"},
+      {point, {{"extras", {{"area_light", {{"width", 1}}}}}}, "height is not greater"}};
+  for (const auto& [all, node, note] : faults) {
+    const Ingested ingested = read(with_lights(all, {{{"mesh", 0}}, node}), {.lights = true});
+    EXPECT_TRUE(ingested.lights.empty()) << note;
+    ASSERT_EQ(ingested.notes.size(), 1u) << note;
+    EXPECT_NE(ingested.notes[0].find(note), std::string::npos) << ingested.notes[0];
+  }
+}
+
 }  // namespace
 }  // namespace vcd::test

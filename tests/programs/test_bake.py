@@ -107,6 +107,44 @@ class Bake(Case):
         self.assertIn("has no hierarchy", done.stderr)
         self.assertIsNone(self.info(f"{large}.vcd")[0]["hierarchy"])
 
+    def test_horizons_are_there_where_they_are_wanted_and_answer_something(self):
+        mesh, ship = self.mesh(), self.folder / "ship.vcd"
+        small = ("--depth", 2, "--audit", 0)
+        self.run_program("vc-bake", mesh, *small)
+        self.assertIsNone(self.info(f"{mesh}.vcd")[0]["horizons"])
+        self.run_program("vc-bake", mesh, *small, "--horizons")
+        horizons = self.info(f"{mesh}.vcd")[0]["horizons"]
+        self.assertEqual(horizons["bytes"], 320 + 12 * horizons["triangles"])
+        self.assertGreater(horizons["cosine"], 0.99)  # a tetrahedron hides nothing from itself
+        self.assertIn("of the directions above a triangle", self.run_program("vc-info", f"{mesh}.vcd").stdout)
+        self.run_program("vc-info", f"{mesh}.vcd", "--repack", ship, "--storage", "ship")
+        self.assertEqual(self.info(ship)[0]["horizons"], horizons)
+        self.run_program("vc-verify", ship, "--against", mesh, "--lines", 9000)
+        self.assertIn("horizons: ", self.run_program("vc-bake", mesh, "--plan", "--horizons").stdout)
+        leaves = self.folder / "leaves.obj"
+        leaves.write_text(soup(3000))
+        done = self.run_program("vc-bake", leaves, *small, "--horizons")
+        self.assertIn("has no horizons: they would answer too few", done.stderr)
+        self.assertIsNone(self.info(f"{leaves}.vcd")[0]["horizons"])
+        plan = self.run_program("vc-bake", leaves, "--plan", "--horizons").stdout
+        self.assertIn("not worth it", plan.split("horizons: ")[1])
+
+    def test_a_cached_object_of_another_order_has_its_own_horizons(self):
+        mesh, cache = self.mesh(), self.folder / "cache"
+        bake = ("--depth", 2, "--audit", 0, "--horizons", "--cache", cache)
+        self.run_program("vc-bake", mesh, *bake)
+        turned = self.folder / "turned.obj"
+        lines = mesh.read_text().splitlines()
+        faces = [line for line in lines if line.startswith("f ")]
+        turned.write_text("\n".join([line for line in lines if not line.startswith("f ")] + faces[::-1]) + "\n")
+        self.run_program("vc-bake", turned, *bake)
+        first, second = (pathlib.Path(f"{m}.vcd").read_bytes() for m in (mesh, turned))
+        self.assertNotEqual(first, second)
+        alone = self.folder / "alone.vcd"
+        self.run_program("vc-bake", turned, *bake[:-2], "-o", alone)
+        self.assertEqual(self.info(alone)[0]["horizons"], self.info(f"{turned}.vcd")[0]["horizons"])
+        self.assertEqual(alone.read_bytes()[-200:], second[-200:])
+
     def test_output_file_and_folder(self):
         mesh, other = self.mesh(), self.mesh("other.obj")
         self.run_program("vc-bake", mesh, "-q", *SMALL, "-o", self.folder / "x.vcd")

@@ -76,6 +76,18 @@ class PaperRun(Case):
         ways = {e["name"] for e in results["scenes"][0]["kinds"][0]["embree"]}
         self.assertEqual(ways, {f"rtcOccluded{w}{c}" for w in (1, 8, 16) for c in ("", ", coherent")})
 
+    def test_trees_for_a_demand_are_baked_for_other_rays_and_say_so(self):
+        trees = [*SMALL[:-2], "2x16,demandxproven,demandxhybrid", "--budget-mb", "0.1", "-q", "-o", self.out]
+        self.run_program("vc-bench", "--scene", f"leaves={self.leaves}", *trees, env={**os.environ, "VCD_PYTHON": "/bin/true"})
+        variants = {v["id"]: v for v in self.results()["scenes"][0]["variants"]}
+        self.assertEqual(set(variants), timed("d2-n16", "demand-proven", "demand-hybrid"))
+        for name in ("demand-proven", "demand-hybrid"):
+            self.assertTrue(variants[name]["demand"])
+            self.assertGreater(variants[name]["depth"], 1)
+            self.assertGreater(variants[name]["resolved_segments"], 0)
+        self.assertEqual(variants["demand-proven-hierarchy"]["wrong"], 0)
+        self.assertNotIn("demand", variants["d2-n16"])
+
     def test_the_same_command_again_measures_nothing_again(self):
         self.bench(*SCENES)
         before, sidecars = self.results(), {p: p.stat().st_mtime_ns for p in (self.out / "sidecars").iterdir()}
@@ -156,10 +168,32 @@ class PaperRun(Case):
         self.assertIn("settings", done.stderr)
         self.assertEqual((self.out / "results.json").read_bytes(), before)
 
+    def test_demands_are_asked_by_other_cameras_and_under_other_lights(self):
+        done = self.run_program("vc-bench", "demand", f"leaves={self.leaves}", "--size", "12x8", "--repetitions", 1, "--budget-mb", 0.1, "--depth", 3,
+                                "--proven-only", "--judged", 1000, "--format", "json", "-q", "-o", self.out)
+        report = json.loads(done.stdout)
+        names = [s["name"] for s in report["sidecars"]]
+        self.assertEqual(names, [f"{source}, proven" for source in ("any scene", "one camera", "three cameras", "lights alone")])
+        self.assertTrue(all(s["file_bytes"] <= 0.1 * 2**20 for s in report["sidecars"][1:]))
+        self.assertEqual([(c["camera_degrees"], c["lights_degrees"]) for c in report["cases"]], [(0, 0), (30, 0), (90, 0), (180, 0), (0, 30)])
+        counts = {c["sidecars"][0]["rays"] for c in report["cases"]}
+        self.assertGreater(len(counts), 1)  # other pictures
+        for case in report["cases"]:
+            self.assertEqual([s["name"] for s in case["sidecars"]], names)
+            for sidecar in case["sidecars"]:
+                self.assertEqual(sidecar["wrong"], 0)
+                self.assertLessEqual(sidecar["ground_left"], sidecar["left"])
+                self.assertGreater(sidecar["judged"], 0)
+        for judged in report["judged"]:
+            self.assertGreaterEqual(judged["segments"], 1000)
+            self.assertGreater(judged["answered"], 0)
+            self.assertEqual(judged["wrong"], 0)
+
     def test_refuses_wrong_requests_and_folders(self):
         for text in ("my mesh.obj", "a.obj,turn=nan", "sierpinski,level=99", "forest,trees=7", "=x.obj", "a/b=x.obj"):
             self.assertIn(text, self.bench("--scene", text, code=1).stderr)
-        self.run_program("vc-bench", "--trees", "5x17", "-o", self.out, code=1)
+        for trees in ("5x17", "demandx16", "demand", "x16"):
+            self.run_program("vc-bench", "--trees", trees, "-o", self.out, code=1)
         self.assertFalse(self.out.exists())
         (self.folder / "file").write_text("")
         self.run_program("vc-bench", *SCENES, "-o", self.folder / "file" / "out", code=2)
@@ -241,6 +275,13 @@ class Segments(Case):
         text = self.run_program("vc-bench", "paths", mesh, leaves, *few, "--bounces", 1).stdout
         self.assertIn("single calls, path by path", text)
         self.assertIn("the hierarchy 0 times", text)
+        own = self.folder / "own.vcd"
+        self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "--horizons", "-o", own, "-q")
+        with_horizons = json.loads(self.run_program("vc-bench", "paths", mesh, own, *few, "--format", "json").stdout)
+        for kind in with_horizons["kinds"]:
+            self.assertEqual(kind["wrong_horizons"], 0)
+            self.assertIn("look-ups as baked and horizons, then hierarchy",
+                          {v["name"] for v in kind["single_calls"]["vcd"]})
         bare = self.folder / "bare.vcd"
         self.run_program("vc-bake", mesh, "-d", "3", "-m", "proven", "--no-hierarchy", "-o", bare, "-q")
         self.assertIn("hierarchy", self.run_program("vc-bench", "paths", mesh, bare, *few, code=1).stderr)

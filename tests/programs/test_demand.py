@@ -175,6 +175,48 @@ class BakesForADemand(Case):
         self.assertIn("object 0 has no cells: the demand asks nothing of it", done.stdout + done.stderr)
         self.assertEqual([found["method"] for found in objects()], ["none", "hybrid"])
 
+    def test_of_lights_need_no_renderer(self):
+        uri, floats = "data:application/octet-stream;base64,", []
+        for line in self.soup.read_text().splitlines():
+            if line.startswith("v "):
+                floats += map(float, line.split()[1:4])
+        data = struct.pack(f"<{len(floats)}f", *floats)
+        lights = {"KHR_lights_punctual": {"lights": [{"type": "directional"}]}}
+        down = {"rotation": [-(0.5 ** 0.5), 0, 0, 0.5 ** 0.5], "extensions": {"KHR_lights_punctual": {"light": 0}}}
+        gltf = {"asset": {"version": "2.0"}, "buffers": [{"uri": uri + base64.b64encode(data).decode(), "byteLength": len(data)}],
+                "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(data)}],
+                "accessors": [{"bufferView": 0, "componentType": 5126, "count": len(floats) // 3, "type": "VEC3",
+                               "min": [min(floats[i::3]) for i in range(3)], "max": [max(floats[i::3]) for i in range(3)]}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}, down], "extensions": lights}
+        scene = self.mesh("scene.gltf", json.dumps(gltf))
+        options = ("--audit", 3000, "--method", "proven", "--budget-mb", 0.1)
+        done = self.run_program("vc-bake", scene, "--for-lights", *options)
+        self.assertRegex(done.stdout, r"demand    [0-9.]+ % of what was kept out")
+        once = pathlib.Path(f"{scene}.vcd").read_bytes()
+        self.run_program("vc-bake", scene, "--for-lights", *options, "-j", 1)
+        self.assertEqual(pathlib.Path(f"{scene}.vcd").read_bytes(), once)
+        self.assertIn("nothing to do", self.run_program("vc-bake", scene, "--for-lights", *options, "--update", "--dry-run").stdout)
+        self.assertIn("exclude", self.run_program("vc-bake", scene, "--for-lights", "--for-above", "y", *options, code=1).stderr)
+        gltf["nodes"][1]["rotation"][0] *= -1  # the sun shines up now: the same object is asked otherwise
+        scene.write_text(json.dumps(gltf))
+        self.assertIn("throws a shadow", self.run_program("vc-bake", scene, "--for-lights", "--update", *options, code=1).stderr)
+        del gltf["nodes"][1], gltf["extensions"]
+        scene.write_text(json.dumps(gltf))
+        self.assertIn("has no lights", self.run_program("vc-bake", scene, "--for-lights", *options, code=1).stderr)
+        self.assertIn("has no lights", self.run_program("vc-bake", self.soup, "--for-lights", *options, code=1).stderr)
+
+    def test_from_above_need_no_scene(self):
+        options = ("-q", "--audit", 3000, "--method", "proven", "--budget-mb", 0.1)
+        found = []
+        for axis in "yz":
+            self.run_program("vc-bake", self.soup, "--for-above", axis, *options)
+            shown = self.shown()
+            self.assertEqual(json.loads(shown["provenance"]["settings"])["for-above"], axis)
+            self.assertGreater(float(re.search("answered=([0-9.]+)", shown["provenance"]["demand"])[1]), 0.3)
+            found.append(pathlib.Path(f"{self.soup}.vcd").read_bytes())
+        self.assertNotEqual(*found)
+        self.run_program("vc-bake", self.soup, "--for-above", "up", *options, code=1)
+
     def test_that_cannot_be_say_so_and_write_nothing(self):
         pathlib.Path(f"{self.soup}.vcd").unlink()
         self.assertIn("--plan forecasts no bake for a demand", self.bake("--plan", code=1).stderr)

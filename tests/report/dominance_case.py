@@ -45,6 +45,13 @@ class Dominance(MadeCase):
         self.assertEqual(len(self.judge(row("s", "sampled", 1.2, 5), row("p", "proven", 1.19, 5))["exceptions"]), 1)
         self.assertEqual(len(self.judge(row("s", "sampled", 1.2, 5), row("p", "proven", 1.2, 6))["exceptions"]), 1)
 
+    def test_trees_for_the_scene_itself_take_no_part(self):
+        for_scene = {**row("p", "proven", 2, 0), "demand": True}
+        judged = self.judge(row("s", "sampled", 1.2, 5), for_scene, row("h", "hybrid", 1.1, 5))
+        self.assertEqual((judged["proved"], judged["dominated"]), (1, 0))
+        import figures
+        self.assertEqual(figures.label_of({"id": "demand-proven", "depth": 8, "method": "proven", "demand": True}), "for the scene, proven, down to depth 8")
+
     def test_what_the_closest_lacks(self):
         s = row("s", "sampled", 1.5, 5, 0.1)
         lacks = lambda *proved: [(e["closest"], e["closest_speedup"], e["closest_wrong"], e["lacks"]) for e in self.judge(s, *proved)["exceptions"]]

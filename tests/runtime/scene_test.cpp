@@ -524,7 +524,7 @@ TEST(Scene, InC) {
   const auto* array = reinterpret_cast<const vcd_segment*>(segments.data());
   std::vector<uint32_t> origins(segments.size(), kNoInstance);
   for (size_t i = 0; i < origins.size(); i += 5) origins[i] = static_cast<uint32_t>(i % 12);
-  const vcd_scene_query query = {sizeof query, 3, origins.data()};
+  const vcd_scene_query query = {sizeof query, 3, origins.data(), nullptr};
   scene->occluded(segments, blocked[0], trace, {3, origins});
   vcd_scene_occluded(in_c, array, segments.size(), &query, trace_in_c, &asked[1], blocked[1]);
   EXPECT_TRUE(same());

@@ -18,7 +18,7 @@ LAYERS = {
               {"embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
     "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "xxhash.h"}),
     "tools/common": ({"format", "writer", "runtime", "baker"}, {"CLI", "nlohmann"}),
-    "tools/library": ({"format", "writer", "runtime", "baker", "tools/common"}, {"nlohmann", "tbb"}),
+    "tools/library": ({"format", "writer", "runtime", "recorder", "baker", "tools/common"}, {"nlohmann", "tbb"}),
     "tools/verify": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"},
                      {"nlohmann", "pugixml.hpp", "tbb"}),
     "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
@@ -26,7 +26,7 @@ LAYERS = {
     "tools/lab/render": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
-    "tools/lab/bench": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes", "tools/lab/render"},
+    "tools/lab/bench": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/library", "tools/lab/scenes", "tools/lab/render"},
                         {"CLI", "embree3", "nlohmann"}),
     "python": ({"format", "writer", "runtime", "baker", "tools/library", "tools/verify"}, {"pybind11"}),
     # Programs and what else a program alone needs: everything below them, but nothing of the lab.

@@ -121,6 +121,14 @@ void write_several(const std::filesystem::path& several, const std::filesystem::
   write(example, {objects.back()}, Storage::raw);
 }
 
+// Horizons of a closed mesh, without cells.
+void write_horizons(const std::filesystem::path& path) {
+  BakeOptions options;
+  options.method = Method::none, options.horizons = true;
+  const BakedObject baked = must_bake(sphere(6, 8), options);
+  write(path, {baked.to_write()}, Storage::raw);
+}
+
 }  // namespace
 }  // namespace vcd::test
 
@@ -132,5 +140,6 @@ int main(int argc, char** argv) {
   const std::filesystem::path folder = argv[1];
   write_methods(folder / "methods.vcd");
   write_several(folder / "several.vcd", folder / "example.vcd");
+  write_horizons(folder / "horizons.vcd");
   write(folder / "none.vcd", {}, Storage::raw);
 }

@@ -69,6 +69,35 @@ TEST_F(CheckBytes, SaysWhatIsWrongWithTheBytes) {
   EXPECT_TRUE(outcome.objects.empty());
 }
 
+TEST_F(CheckBytes, HoldsHorizonsAgainstTheMesh) {
+  // A floor with low walls.
+  SourceMesh box{"box", 0, {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}}};
+  for (int i = 0; i < 4; ++i) box.positions.push_back({box.positions[i][0], box.positions[i][1], 0.2f});
+  for (uint32_t i = 0; i < 4; ++i)
+    box.triangles.push_back({i, (i + 1) % 4, i + 4}), box.triangles.push_back({(i + 1) % 4, (i + 1) % 4 + 4, i + 4});
+  std::vector<PreparedMesh> meshes;
+  meshes.push_back(*prepare(std::move(box)));
+  BakeOptions options;
+  options.depth = 2, options.method = Method::proven, options.horizons = true;
+  const auto object = bake(meshes[0], options);
+  SidecarToWrite sidecar;
+  sidecar.objects = {object->to_write()};
+  const Bytes sound = sidecar.objects[0].horizon;
+  ASSERT_FALSE(sound.empty());
+  bytes_ = std::move(*sidecar_bytes(sidecar));
+  EXPECT_TRUE(check(meshes).issues.empty());
+  HierarchySection lower((sound.size() + kUnitBytes - 1) / kUnitBytes);  // aligned bytes
+  std::memcpy(lower.data(), sound.data(), sound.size());
+  auto& header = *reinterpret_cast<HorizonHeader*>(lower.data());
+  for (auto& table : header.slope)
+    for (float& slope : table) slope *= 0.9f;
+  sidecar.objects[0].horizon = bytes_of(lower).first(sound.size());
+  bytes_ = std::move(*sidecar_bytes(sidecar));
+  const Outcome outcome = check(meshes);
+  ASSERT_EQ(outcome.issues.size(), 1u);
+  EXPECT_EQ(outcome.issues[0].info, &issue_info(IssueId::wrong_horizon));
+}
+
 // Each hierarchy is one that a reader must take, in a sidecar of the cube.
 TEST_F(CheckBytes, HoldsTheHierarchyAgainstTheMesh) {
   const auto fault_of = [&](HierarchySection section) {

@@ -118,6 +118,12 @@ Json describe_object(const ObjectContents& object) {
                          {"leaves", h.leaf_count},
                          {"levels", h.levels}};
   }
+  json["horizons"] = nullptr;
+  if (object.horizon) {
+    const HorizonHeader& h = object.horizon.header();
+    json["horizons"] = {
+        {"bytes", object.horizon.size()}, {"triangles", h.entries}, {"uniform", h.uniform}, {"cosine", h.cosine}};
+  }
   json["embedded_geometry_bytes"] = object.geometry.size();
   return json;
 }
@@ -223,6 +229,16 @@ std::string hierarchy_summary(const ObjectRecord& r, const HierarchyView& hierar
                                               : nullptr;
   return line + (first ? std::string("            look-ups before it save time for segments ") + first + "\n"
                        : std::string("            look-ups before it save no time\n"));
+}
+
+std::string horizon_summary(const HorizonView& horizon) {
+  if (!horizon) return "";
+  const HorizonHeader& h = horizon.header();
+  char line[256];
+  std::snprintf(line, sizeof line,
+                "  horizons  %s: answer %.0f %% of the directions above a triangle, %.0f %% by their cosine\n",
+                readable_bytes(horizon.size()).c_str(), 100 * double{h.uniform}, 100 * double{h.cosine});
+  return line;
 }
 
 std::string json_text(const Json& json, int indent) {

@@ -23,6 +23,7 @@ const char* guarantee(Method method);                    // a clause: what the c
 std::string object_summary(const ObjectRecord& record);  // several lines, indented by two spaces
 // Two such lines; none for no hierarchy.
 std::string hierarchy_summary(const ObjectRecord& record, const HierarchyView& hierarchy);
+std::string horizon_summary(const HorizonView& horizon);  // likewise, one line
 
 // The text of it; bytes that are not UTF-8 are replaced. indent -1: one line.
 std::string json_text(const Json& json, int indent = -1);

@@ -44,6 +44,7 @@ class MeshFile {
   };
   const std::vector<Unusable>& unusable() const { return unusable_; }
   const std::vector<std::string>& notes() const { return ingested_.notes; }  // what the file lacks now, a sentence each
+  const std::vector<baker::SceneLight>& lights() const { return ingested_.lights; }
   const std::vector<baker::SourceFile>& sources() const { return ingested_.sources; }
 
  private:

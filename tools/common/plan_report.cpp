@@ -11,6 +11,12 @@ using namespace baker;
 Json describe_plan(const Plan& plan) {
   Json json{
       {"depth", plan.depth}, {"worth_it", plan.depth > 0}, {"reason", plan.reason}, {"probe_seconds", plan.seconds}};
+  json["horizons"] = nullptr;
+  if (plan.horizons)
+    json["horizons"] = {{"bytes", plan.horizons->bytes},
+                        {"seconds", plan.horizons->seconds},
+                        {"uniform", plan.horizons->share.uniform},
+                        {"cosine", plan.horizons->share.cosine}};
   json["forecasts"] = Json::array();
   for (const DepthForecast& f : plan.forecasts)
     json["forecasts"].push_back({{"depth", f.depth},
@@ -31,6 +37,11 @@ void print_plan(const Plan& plan) {
   std::printf("  %s: %s (probed in %s)\n",
               plan.depth ? ("depth " + std::to_string(plan.depth)).c_str() : "not worth it", plan.reason.c_str(),
               readable_seconds(plan.seconds).c_str());
+  if (!plan.horizons) return;
+  const HorizonForecast& h = *plan.horizons;
+  std::printf("  horizons: %s, baked in %s, answer %.0f %% of the rays that start on it, %.0f %% by their cosine%s\n",
+              readable_bytes(h.bytes).c_str(), readable_seconds(h.seconds).c_str(), 100 * h.share.uniform,
+              100 * h.share.cosine, h.bytes ? "" : ": not worth it");
 }
 
 }  // namespace vcd::tools

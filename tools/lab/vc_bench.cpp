@@ -5,6 +5,7 @@
 #include "bake/options.h"
 #include "bench/bake_rate.h"
 #include "bench/bake_time.h"
+#include "bench/demand_run.h"
 #include "bench/instances.h"
 #include "bench/machine.h"
 #include "bench/paper_run.h"
@@ -13,6 +14,7 @@
 #include "bench/segments.h"
 #include "bench/stability.h"
 #include "common/program.h"
+#include "render/instructions.h"
 
 namespace {
 
@@ -24,6 +26,7 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   int repetitions = 7;
+  std::string instructions;  // empty: all that there are
 
   std::vector<std::string> scenes;
   bool quick = false;
@@ -31,10 +34,12 @@ struct Options {
   std::vector<std::string> trees;
   std::string size;
   unsigned threads = 0;
+  double budget_mb = 8;
 
   SegmentsOptions segments;
   InstancesOptions instances;
   PathsOptions paths;
+  DemandRunOptions demand;
   MeshToRead mesh;
   library::BakeSettings settings;  // those of reading mesh files
   BakeRateOptions bake_rate;
@@ -74,6 +79,18 @@ Profile quick_profile() {
       1 << 14};
 }
 
+// How pictures are measured, with the size that was asked for.
+std::optional<Error> set_picture(const Options& options, RenderSettings& render) {
+  char trailing = 0;
+  if (!options.size.empty() &&
+      (std::sscanf(options.size.c_str(), "%ux%u%c", &render.width, &render.height, &trailing) != 2 ||
+       render.width < 8 || render.height < 8 || render.width > 16384 || render.height > 16384))
+    return Error{ErrorCode::usage, "--size " + options.size + ": not WIDTHxHEIGHT, each 8 to 16384"};
+  render.threads = options.threads;
+  render.pin = true;
+  return std::nullopt;
+}
+
 Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   PaperRunOptions run;
   if (!options.scenes.empty()) profile.scenes = options.scenes;
@@ -81,21 +98,17 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   for (const std::string& tree : options.trees) {
     const auto c = Configuration::parse(tree);
     if (!c)
-      return Error{
-          ErrorCode::usage,
-          "--trees " + tree + ": not DEPTHxKIND with depth 1 to 8 and kind 16, 81, 256 (samples), proven or hybrid"};
+      return Error{ErrorCode::usage,
+                   "--trees " + tree +
+                       ": not DEPTHxKIND with depth 1 to 8 and kind 16, 81, 256 (samples), proven or hybrid; nor "
+                       "demandxproven or demandxhybrid"};
     profile.configurations.push_back(*c);
   }
   run.configurations = profile.configurations;
   run.render.width = profile.width, run.render.height = profile.height;
-  char trailing = 0;
-  if (!options.size.empty() &&
-      (std::sscanf(options.size.c_str(), "%ux%u%c", &run.render.width, &run.render.height, &trailing) != 2 ||
-       run.render.width < 8 || run.render.height < 8 || run.render.width > 16384 || run.render.height > 16384))
-    return Error{ErrorCode::usage, "--size " + options.size + ": not WIDTHxHEIGHT, each 8 to 16384"};
-  run.render.threads = options.threads;
-  run.render.pin = true;
+  if (auto fault = set_picture(options, run.render)) return *std::move(fault);
   run.repetitions = options.repetitions;
+  run.demands.budget_mb = options.budget_mb;
   run.segments_of_kind = profile.segments_of_kind;
   run.quiet = options.common.quiet;
   for (const std::string& text : profile.scenes) {
@@ -154,6 +167,9 @@ int main(int argc, char** argv) {
   app.require_subcommand(0, 1);
   app.fallthrough();  // the options of all may come after the subcommand too
   add_common_options(app, options.common);
+  app.add_option("--instructions", options.instructions,
+                 "Hold Embree and the runtime to these and older ones, avx2 or sse4 (default: what the processor has)")
+      ->check(CLI::IsMember(older_instructions()));
   app.add_option("--repetitions", options.repetitions, "How often each variant runs (default: 7)")
       ->check(CLI::Range(1, 1000));
   app.add_flag("--quick", options.quick, "Small scenes, pictures and trees: some minutes instead of a night");
@@ -168,11 +184,14 @@ int main(int argc, char** argv) {
       ->type_name("DIR");
   app.add_option("--trees", options.trees,
                  "Trees to bake of each scene, DEPTHxKIND with commas; kind: 16, 81, 256 (samples), proven, "
-                 "hybrid\n(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
+                 "hybrid; demandxproven and\ndemandxhybrid: for the picture's rays, recorded with another seed\n"
+                 "(default: 5x16,5x81,5x256,5xproven,5xhybrid,6x16 ... 7xhybrid)")
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("TREES");
-  app.add_option("--size", options.size, "Of the pictures (default: 300x200)")->type_name("WxH");
+  app.add_option("--budget-mb", options.budget_mb, "MiB of an object that is baked for a demand (default: 8)")
+      ->check(CLI::Range(0.02, 1e6));
+  app.add_option("--size", options.size, "Of the pictures (default: 300x200; demand: 120x80)")->type_name("WxH");
   app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")
       ->check(CLI::Range(0, 1024));
 
@@ -212,6 +231,19 @@ int main(int argc, char** argv) {
   paths->add_option("--bounces", options.paths.bounces, "Surface points of a path, a shadow ray each (default: 4)")
       ->check(CLI::Range(1, 4));
 
+  CLI::App* demand = app.add_subcommand(
+      "demand", "Sidecars baked for what a scene asks: asked by the same camera, by others, and under other lights");
+  demand->add_option("scene", options.demand.scene, "SCENE|MESH[,KEY=VALUE]..., as --scene")
+      ->required()
+      ->type_name("sierpinski|hairball|forest|MESH");
+  demand->add_option("-d,--depth", options.demand.depth, "Of the sidecars for any scene (default: 5)")
+      ->check(CLI::Range(1, 8));
+  demand->add_option("--most-recorded", options.demand.most_recorded, "Shadow rays of a demand (default: 2097152)")
+      ->check(CLI::Range(size_t{1024}, kMostAskedSegments));
+  demand->add_option("--judged", options.demand.judged,
+                     "Judge so many segments of further pictures exactly, with each sidecar (default: 0)");
+  demand->add_flag("--proven-only", options.demand.proven_only, "No hybrid sidecars");
+
   CLI::App* bake = app.add_subcommand("bake-rate", "How fast a bake traces, against bare rtcOccluded16 on its rays");
   bake->add_option("mesh", options.mesh.path, "Mesh file; its first mesh is baked")->required()->type_name("MESH");
   bake->add_option("-d,--depth", options.bake_rate.depth, "Depth of the bake (default: 5)")->check(CLI::Range(1, 8));
@@ -239,6 +271,7 @@ int main(int argc, char** argv) {
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
   return run_program(app, argc, argv, [&] {
+    limit_instructions(options.instructions);
     options.segments.repetitions = options.repetitions, options.segments.format = options.common.format;
     options.instances.repetitions = options.repetitions, options.instances.format = options.common.format;
     options.paths.repetitions = options.repetitions, options.paths.format = options.common.format;
@@ -246,6 +279,15 @@ int main(int argc, char** argv) {
         options.settings.ingest_options();
     options.mesh.quiet = options.segments.mesh.quiet = options.instances.quiet = options.paths.quiet =
         options.common.quiet;
+    if (demand->parsed()) {
+      options.demand.ingest = options.settings.ingest_options(), options.demand.quiet = options.common.quiet;
+      options.demand.budget_mb = options.budget_mb;
+      options.demand.format = options.common.format, options.demand.repetitions = options.repetitions;
+      options.demand.folder = options.folder, options.demand.render.width = 120, options.demand.render.height = 80;
+      if (const auto fault = set_picture(options, options.demand.render))
+        return print_error(fault->message), exit_code(fault->code);
+      return run_demand(options.demand);
+    }
     if (instances->parsed()) return run_instances(options.instances);
     if (paths->parsed()) return run_paths(options.paths);
     if (segments->parsed()) return run_segments(options.segments);

@@ -78,7 +78,8 @@ std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<s
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
     const TreeView tree = object.known ? object.known->tree() : object.baked.tree();
-    Json entry = describe_object({&written.record, written.name, tree, written.geometry, {written.hierarchy.data()}});
+    Json entry = describe_object(
+        {&written.record, written.name, tree, written.geometry, {written.hierarchy.data()}, {written.horizon.data()}});
     entry["duplicate_triangles"] = object.duplicate_triangles;
     entry["zero_area_triangles"] = object.zero_area_triangles;
     entry["reused"] = object.known.has_value();
@@ -102,7 +103,8 @@ std::string asset_summary(const Asset& asset, uint64_t bytes, const std::vector<
   for (const FinishedObject& object : objects) {
     const ObjectToWrite written = object.to_write();
     text += "object " + std::to_string(written.record.source_index) + " " + printable(std::string(written.name)) +
-            "\n" + object_summary(written.record) + hierarchy_summary(written.record, {written.hierarchy.data()});
+            "\n" + object_summary(written.record) + hierarchy_summary(written.record, {written.hierarchy.data()}) +
+            horizon_summary({written.horizon.data()});
     if (object.duplicate_triangles || object.zero_area_triangles)
       text += "  dropped   " + std::to_string(object.duplicate_triangles) + " duplicate and " +
               std::to_string(object.zero_area_triangles) + " zero-area triangles\n";

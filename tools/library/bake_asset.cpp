@@ -10,6 +10,7 @@
 #include <vcd/format/layout.h>
 #include <vcd/writer/atomic_file.h>
 
+#include <vcd/library/light_demand.h>
 #include <vcd/library/object_cache.h>
 #include <vcd/library/provenance.h>
 #include "asset_report.h"
@@ -51,12 +52,11 @@ class AssetBake {
     if (auto unusable = read_demand_if_asked()) return *std::move(unusable);
     auto file = MeshFile::read(asset_.input, asset_.settings.ingest_options(), context_.ingest);
     if (!file) return file.error();
-    while (const auto mesh = next(*file)) {
-      auto object = finish(*mesh);
-      if (!object) return object.error();
-      objects_.push_back(std::move(*object));
-    }
+    if (auto unfinished = asset_.settings.for_lights ? finish_lit(*file) : finish_all(*file))
+      return *std::move(unfinished);
     if (auto unusable = file->fault()) return *std::move(unusable);
+    if (asset_.settings.for_lights && !asked_any_)
+      return fault(ErrorCode::usage, "none of its lights throws a shadow of its meshes");
     if (demand_ && !asked_any_)
       return Error{ErrorCode::usage, shown(asset_.settings.demand.path) + ": asks nothing of " + shown(asset_.input) +
                                          ": it was made for other meshes, or for another version of these"};
@@ -71,12 +71,49 @@ class AssetBake {
 
   std::optional<Error> read_demand_if_asked() {
     const DemandFile& demand = asset_.settings.demand;
+    if (!demand.path.empty() + asset_.settings.for_lights + (asset_.settings.for_above > 0) > 1)
+      return Error{ErrorCode::usage, "--for, --for-lights and --for-above exclude one another"};
     if (demand.path.empty()) return std::nullopt;
     auto read = read_demand(demand.path);
     if (!read) return read.error();
     if (const auto hash = hash_file(demand.path); !hash || hex(*hash) != demand.hash)
       return Error{ErrorCode::io, shown(demand.path) + ": changed since the run began; bake again"};
     demand_ = std::move(*read);
+    return std::nullopt;
+  }
+
+  std::optional<Error> finish_one(const PreparedMesh& mesh) {
+    auto object = finish(mesh);
+    if (!object) return object.error();
+    objects_.push_back(std::move(*object));
+    return std::nullopt;
+  }
+  std::optional<Error> finish_all(MeshFile& file) {
+    while (const auto mesh = next(file)) {
+      if (asset_.settings.for_above > 0) {
+        auto demand = demand_from_above(*mesh, static_cast<Axis>(asset_.settings.for_above - 1));
+        if (!demand) return demand.error();
+        demand_ = std::move(*demand);
+      }
+      if (auto unfinished = finish_one(*mesh)) return unfinished;
+    }
+    return std::nullopt;
+  }
+  // The lights' demand needs all meshes at once.
+  std::optional<Error> finish_lit(MeshFile& file) {
+    std::vector<PreparedMesh> meshes;
+    while (auto mesh = next(file)) meshes.push_back(std::move(*mesh));
+    if (meshes.empty()) return std::nullopt;  // fault() says why
+    if (file.lights().empty())
+      return fault(ErrorCode::usage, "has no lights: neither of KHR_lights_punctual nor in extras (spec/demand.md)");
+    std::vector<LitInstance> instances;
+    for (const Placement& placement : file.placements())
+      instances.push_back({&meshes[placement.mesh], placement.transform});
+    auto demand = demand_of_lights(instances, file.lights());
+    if (!demand) return demand.error();
+    demand_ = std::move(*demand);
+    for (const PreparedMesh& mesh : meshes)
+      if (auto unfinished = finish_one(mesh)) return unfinished;
     return std::nullopt;
   }
 
@@ -104,8 +141,10 @@ class AssetBake {
                    " deforming=" + std::to_string(mesh.left_out.deforming) + "\n";
     FinishedObject finished{mesh.duplicate_triangles, mesh.zero_area_triangles};
     const std::span<const AskedSegment> asked = asked_of(mesh);
-    if (context_.reuse) finished.known = find_in_sidecar(asset_.output, mesh, asset_.settings);
-    if (!finished.known) finished.known = cache_.find(mesh, asset_.settings);
+    // What a scene's lights ask depends on the whole scene, which neither the sidecar nor the cache knows objects by.
+    const bool may_be_known = !asset_.settings.for_lights;
+    if (context_.reuse && may_be_known) finished.known = find_in_sidecar(asset_.output, mesh, asset_.settings);
+    if (!finished.known && may_be_known) finished.known = cache_.find(mesh, asset_.settings);
     if (finished.known) return judged(std::move(finished), mesh, asked);
     BakeOptions options = asset_.settings.bake_options();
     if (!asked.empty()) options.demand = &*demand_;
@@ -121,7 +160,9 @@ class AssetBake {
     if (!baked->without_hierarchy.empty())
       notes_.push_back("object " + std::to_string(mesh.source_index) +
                        " has no hierarchy: " + baked->without_hierarchy);
-    if (const auto unkept = cache_.keep(mesh, asset_.settings, baked->to_write()))
+    if (!baked->without_horizons.empty())
+      notes_.push_back("object " + std::to_string(mesh.source_index) + " has no horizons: " + baked->without_horizons);
+    if (const auto unkept = may_be_known ? cache_.keep(mesh, asset_.settings, baked->to_write()) : std::nullopt)
       notes_.push_back("not kept in the cache: " + unkept->message);
     finished.demand = baked->demand;
     finished.baked = std::move(*baked);

@@ -9,6 +9,8 @@
 #include <string>
 #include <string_view>
 
+#include <vcd/format/demand.h>
+#include <vcd/library/light_demand.h>
 #include "common/paths.h"
 
 namespace vcd::library {
@@ -64,6 +66,11 @@ double bake_seconds(uint32_t depth, double triangles) {
   return 0.0008 * std::pow(7.0, depth) * std::cbrt(std::max(triangles, 30.0) / 1e4);
 }
 
+double demand_bytes(const BakeSettings& settings) {
+  if (!settings.demand.path.empty()) return size_of(settings.demand.path);
+  return static_cast<double>(kLightSegments * sizeof(AskedSegment));
+}
+
 }  // namespace
 
 Cost guess_cost(const Asset& asset) {
@@ -75,7 +82,7 @@ Cost guess_cost(const Asset& asset) {
   // Without a depth: most end at 5, by the default budget of bytes; those of few triangles at none, and that at once.
   constexpr double kFew = 64;
   // For a demand some cells are deep, and most are coarse: about as much as all at 5.
-  const bool by_demand = !asset.settings.demand.path.empty();
+  const bool by_demand = asset.settings.for_a_demand();
   const uint32_t depth = options.depth && !by_demand ? options.depth : of_one < kFew ? 0 : 5;
   double bake = bake_seconds(depth, of_one);
   if (options.budget_seconds > 0) bake = std::min(bake, options.budget_seconds);
@@ -83,7 +90,7 @@ Cost guess_cost(const Asset& asset) {
   const double tree_bytes = std::min(15 * std::pow(16.0, depth) / 4, 4e9);
   return {0.02 + 2.5e-6 * triangles + objects * (bake + audit),
           static_cast<uint64_t>(96e6 + 500 * triangles + 3 * bytes + 0.3 * tree_bytes +
-                                (by_demand ? 4 * size_of(asset.settings.demand.path) : 0))};
+                                (by_demand ? 4 * demand_bytes(asset.settings) : 0))};
 }
 
 }  // namespace vcd::library

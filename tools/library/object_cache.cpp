@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include <vcd/baker/horizon.h>
 #include <vcd/library/provenance.h>
 #include "common/describe.h"
 
@@ -22,7 +23,14 @@ std::map<std::string, std::string> object_provenance(const BakeSettings& setting
 std::string entry_name(const PreparedMesh& mesh, const BakeSettings& settings) {
   std::string key = hex(mesh.geometry_hash);
   for (const auto& [name, value] : object_provenance(settings)) key += "\n" + name + "=" + value;
+  if (settings.horizons) key += "\n" + std::to_string(order_of(mesh));
   return hex(content_hash(key));
+}
+
+// Horizons are of one order of the source's triangles.
+bool is_of_order(const HorizonView& horizon, const PreparedMesh& mesh) {
+  return !horizon ||
+         (horizon.header().order_xxh3 == order_of(mesh) && horizon.header().entries == mesh.source_triangles.size());
 }
 
 // The sidecar's object of that geometry, if its provenance has these pairs.
@@ -41,7 +49,8 @@ std::optional<CachedObject> find_object(const fs::path& path, const std::map<std
     const ObjectRecord& record = *contents->objects[i].record;
     const bool same = record.geometry_hash == mesh.geometry_hash && record.triangle_count == mesh.triangles.size() &&
                       std::equal(mesh.box_min.begin(), mesh.box_min.end(), record.box_min) &&
-                      std::equal(mesh.box_max.begin(), mesh.box_max.end(), record.box_max);
+                      std::equal(mesh.box_max.begin(), mesh.box_max.end(), record.box_max) &&
+                      is_of_order(contents->objects[i].horizon, mesh);
     if (same) return CachedObject(bytes, contents, i, mesh);
   }
   return std::nullopt;
@@ -65,7 +74,8 @@ ObjectToWrite CachedObject::to_write() const {
           tree_pieces(contents().tree),
           contents().geometry,
           contents().hierarchy.bytes(),
-          contents().clearance};
+          contents().clearance,
+          contents().horizon.all_bytes()};
 }
 
 std::optional<CachedObject> ObjectCache::find(const PreparedMesh& mesh, const BakeSettings& settings) const {

@@ -31,6 +31,8 @@ constexpr Word kMethods[] = {
 constexpr Word kSamples[] = {{"16", 16}, {"81", 81}, {"256", 256}};
 constexpr Word kStorages[] = {{"raw", value_of(Storage::raw)}, {"ship", value_of(Storage::zstd)}};
 
+constexpr Word kAxes[] = {{"none", 0}, {"x", 1}, {"y", 2}, {"z", 3}};
+
 constexpr Setting kSettings[] = {
     {.name = "depth",
      .letter = 'd',
@@ -86,6 +88,23 @@ constexpr Setting kSettings[] = {
              "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes, and "
              "--budget-mb is 8 by default",
      .zero_is_none = true},
+    {.name = "for-lights",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::for_lights,
+     .help =
+         "As --for, for shadow rays between the lights of a glTF scene, the ground below it and its surfaces, where "
+         "its nodes\nplace them: no renderer is needed",
+     .zero_is_none = true},
+    {.name = "for-above",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::word,
+     .member = &BakeSettings::for_above,
+     .help = "As --for, for shadow rays from the ground below each mesh to the whole sky; the axis that points up",
+     .words = kAxes,
+     .zero_is_none = true},
     {.name = "seed",
      .letter = 0,
      .scope = Scope::object,
@@ -114,6 +133,15 @@ constexpr Setting kSettings[] = {
      .member = &BakeSettings::no_hierarchy,
      .help =
          "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
+     .zero_is_none = true},
+    {.name = "horizons",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::flag,
+     .member = &BakeSettings::horizons,
+     .help =
+         "Store above which directions nothing stands, by triangle, for renderers that can name the triangle that a "
+         "ray starts\non: 12 bytes a triangle; left out where it would answer less than a fifth of such rays",
      .zero_is_none = true},
     {.name = "embed-geometry",
      .letter = 0,
@@ -241,6 +269,7 @@ BakeOptions BakeSettings::bake_options() const {
   options.budget_seconds = budget_seconds;
   options.seed = seed;
   options.hierarchy = !no_hierarchy;
+  options.horizons = horizons;
   options.embed_geometry = embed_geometry;
   options.audit_lines = audit_lines;
   return options;
@@ -248,6 +277,7 @@ BakeOptions BakeSettings::bake_options() const {
 
 IngestOptions BakeSettings::ingest_options() const {
   return {.treat_all_as_opaque = all_as_opaque,
+          .lights = for_lights,
           .files_outside = allow_outside_files,
           .shift = shift,
           .coarse = allow_rounding};

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 
+#include <vcd/baker/audit_horizons.h>
 #include <vcd/baker/referee.h>
 
 #include "common/audit_report.h"
@@ -69,6 +70,16 @@ void replay(const Object& object, const PreparedMesh& mesh, const std::string& p
 }
 
 }  // namespace
+
+void check_horizons(const ObjectContents& object, const PreparedMesh& mesh, const std::string& place,
+                    const CheckOptions& options, Outcome& outcome) {
+  const HorizonAudit audit =
+      audit_horizons(mesh, object.hierarchy, object.horizon, options.audit.lines / 4, options.stop);
+  if (audit.stopped) throw Interrupted{};
+  if (audit.wrong > 0)
+    outcome.add(IssueId::wrong_horizon, ErrorCode::difference, place,
+                std::to_string(audit.wrong) + " of " + std::to_string(audit.clear) + " answers are wrong");
+}
 
 void check_answers(const Answering& answering, const PreparedMesh& mesh, const std::string& place,
                    const CheckOptions& options, Outcome& outcome, ObjectCheck& check) {

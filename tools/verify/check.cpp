@@ -53,6 +53,7 @@ void check_object(const ObjectContents& object, const Answering& answering, cons
   if (!mesh) return;
   check_facts(*object.record, *mesh, check.place, outcome);
   check_triangles(object.hierarchy, *mesh, check.place, outcome);
+  if (object.horizon && !options.segment) check_horizons(object, *mesh, check.place, options, outcome);
   check_answers(answering, *mesh, check.place, options, outcome, check);
 }
 

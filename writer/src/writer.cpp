@@ -78,7 +78,8 @@ void store(Section& section, const SidecarToWrite& contents, uint64_t& budget) {
   e.logical_size = 0;
   for (Bytes piece : section.pieces) e.logical_size += piece.size();
   e.logical_xxh3 = checksum(section.pieces);
-  const bool compressible = e.type == kSectionTree || e.type == kSectionHierarchy || !is_known_section(e.type);
+  const bool in_units = e.type == kSectionHierarchy || e.type == kSectionHorizon;
+  const bool compressible = e.type == kSectionTree || in_units || !is_known_section(e.type);
   if (contents.storage == Storage::zstd && compressible && e.logical_size > 0) {
     section.compressed = compress(section.pieces, e.logical_size, contents.zstd_level, contents.stop);
     const uint64_t size = section.compressed.size();
@@ -94,9 +95,9 @@ void store(Section& section, const SidecarToWrite& contents, uint64_t& budget) {
     section.compressed.clear();
   }
   e.storage = static_cast<uint32_t>(Storage::raw);
-  e.alignment = e.type == kSectionTree        ? kPageAlignment
-                : e.type == kSectionHierarchy ? kUnitAlignment
-                                              : std::max(e.alignment, kSmallAlignment);
+  e.alignment = e.type == kSectionTree ? kPageAlignment
+                : in_units             ? kUnitAlignment
+                                       : std::max(e.alignment, kSmallAlignment);
   e.stored_size = e.logical_size;
   e.stored_xxh3 = e.logical_xxh3;
 }
@@ -177,6 +178,7 @@ bool Layout::make(const SidecarToWrite& contents) {
     const bool has_tree = object.record.method != static_cast<uint8_t>(Method::none);
     records_[i].tree_section = has_tree ? add(kSectionTree, kSectionCritical, object.tree) : kNone;
     if (!object.hierarchy.empty()) add(kSectionHierarchy, 0, {object.hierarchy});
+    if (!object.horizon.empty()) add(kSectionHorizon, 0, {object.horizon});
     if (!object.clearance.empty()) add(kSectionClearance, 0, {object.clearance});
     records_[i].geometry_section = object.geometry.empty() ? kNone : add(kSectionGeometry, 0, {object.geometry});
   }

@@ -21,6 +21,7 @@
 #include "hierarchy/array-inl.h"
 #include "hierarchy/fan-inl.h"
 #include "hierarchy/trace-inl.h"
+#include "horizon/above-inl.h"
 #include "lookup/arrays-inl.h"
 #include "scene/pairs-inl.h"
 #include "scene/trace-inl.h"
@@ -42,7 +43,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &ToObject,
                                   &OccludedInScene,
                                   &OccludedArrayInScene,
-                                  {&Occluded, &OccludedArray, &OccludedFan}};
+                                  {&Occluded, &OccludedArray, &OccludedFan},
+                                  {&AboveArray, &AboveFan}};
   return kernels;
 }
 const Kernels& TargetKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }

@@ -27,6 +27,7 @@ struct SceneData;
 struct SceneNode;
 struct ToFrame;
 struct Fan;
+struct Horizons;
 struct ToGrid;
 struct Traced;
 
@@ -61,6 +62,12 @@ struct TraceKernels {
   SampleBits (*fan)(const Traced&, const Fan&) noexcept;
 };
 
+// Of horizons: <horizon/above.h>.
+struct HorizonKernels {
+  SampleBits (*array)(const Horizons&, const Segment*, const uint32_t* primitives, size_t count) noexcept;
+  SampleBits (*fan)(const Horizons&, const Fan&, uint32_t primitive) noexcept;
+};
+
 struct Kernels {
   const char* name;                             // as kernels() in <vcd/runtime/sidecar.h> lists it
   std::array<TreeKernels, kMaxDepth> at_depth;  // depth - 1
@@ -81,6 +88,7 @@ struct Kernels {
   SampleBits (*occluded_array_in_scene)(const SceneData&, std::span<const Segment>, const SceneQuery&) noexcept;
 
   TraceKernels trace;
+  HorizonKernels horizon;
 };
 
 // Those that this processor can run, fastest first. The last is the scalar set.

@@ -8,6 +8,7 @@
 #include <vcd/format/tree.h>
 
 #include "hierarchy/traced.h"
+#include "horizon/above.h"
 #include "lookup/kernels.h"
 
 namespace vcd {
@@ -21,6 +22,8 @@ struct ObjectData {
   std::string_view name;
   Traced traced;  // its hierarchy, if it has one
   const TraceKernels* trace;
+  Horizons horizons;  // those of that hierarchy, if it has them
+  const HorizonKernels* horizon;
   bool look_up_first[3];  // by From: whether to look up before the hierarchy is asked
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }

@@ -2,6 +2,7 @@
 
 #include "hierarchy/fan.h"
 #include "hierarchy/traced.h"
+#include "horizon/above.h"
 
 #include <algorithm>
 #include <cmath>
@@ -91,7 +92,7 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
 }
 
 bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
-  return occluded_in_scene(scene, segment, self_of(query, 0), query.mask, boxes_met, occluded_scalar);
+  return occluded_in_scene(scene, segment, begin_of(query, 0), query.mask, boxes_met, occluded_scalar);
 }
 
 SampleBits scene_array(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query) noexcept {
@@ -113,7 +114,8 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &to_object,
                                   &scene_one,
                                   &scene_array,
-                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar}};
+                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar},
+                                  {&above_array_scalar, &above_fan_scalar}};
   return kernels;
 }
 

@@ -25,7 +25,8 @@ struct Asked {
   const TraceUnclassified* trace;  // null: look up only
   bool hierarchies = false;        // they are what is traced
 
-  uint32_t self(size_t segment) const { return self_of(query, one_origin ? 0 : segment); }
+  Begin begin(size_t segment) const { return begin_of(query, one_origin ? 0 : segment); }
+  uint32_t self(size_t segment) const { return begin(segment).instance; }
   // Whether to look an instance up before it is traced.
   bool looks_up(uint32_t instance) const {
     return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_first[instance] != 0);
@@ -198,6 +199,16 @@ void find_self(const Asked& asked, Chunk& chunk) {
   }
 }
 
+// Of the segments that begin on an instance, those that its horizons prove clear of it.
+SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, const SampleBits& bits) {
+  SampleBits clear{};
+  if (asked.query.primitives.empty()) return clear;
+  for (size_t i : bits)
+    clear.set(
+        i, vcd::clear_of_self(asked.scene.data, asked.begin(chunk.first + i), segment_at(chunk.columns.view(i, 1), 0)));
+  return clear;
+}
+
 // At most kChunk segments.
 void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments) {
   for (size_t i = 0; i < chunk.count; ++i) chunk.columns.set(i, segments[i]);
@@ -205,7 +216,9 @@ void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments)
     for (size_t i = 0; i < chunk.count; ++i) chunk.odd.set(i, !is_trusted(segments[i]));
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
-  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) { leave(asked, chunk, instance, bits); });
+  chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) {
+    leave(asked, chunk, instance, bits.without(clear_of_self(asked, chunk, bits)));
+  });
   trace_left(asked, chunk);
   if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
     for (size_t r = 0; r < runs; ++r)
@@ -220,7 +233,8 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
             const BundleChunk& samples) {
   fill(chunk.columns, bundle, samples);
   const uint32_t self = asked.self(0);
-  if (self != kNoInstance) leave(asked, chunk, self, chunk.all), trace_left(asked, chunk);
+  if (self != kNoInstance)
+    leave(asked, chunk, self, chunk.all.without(clear_of_self(asked, chunk, chunk.all))), trace_left(asked, chunk);
   const SceneData& data = asked.scene.data;
   const float* const directions[3] = {chunk.columns.direction[0], chunk.columns.direction[1],
                                       chunk.columns.direction[2]};
@@ -318,7 +332,8 @@ void Scene::occluded(std::span<const Segment> segments, std::span<uint64_t> bloc
   assert(has_words_for(segments.size(), blocked));
   for (size_t first = 0; first < segments.size(); first += kChunk) {
     const size_t count = std::min(kChunk, segments.size() - first);
-    const SceneQuery part{query.mask, query.origins.subspan(std::min(first, query.origins.size()))};
+    const SceneQuery part{query.mask, query.origins.subspan(std::min(first, query.origins.size())),
+                          query.primitives.subspan(std::min(first, query.primitives.size()))};
     state_->kernels->occluded_array_in_scene(state_->data, segments.subspan(first, count), part)
         .store(count, blocked.data() + first / 64);
   }

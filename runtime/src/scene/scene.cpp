@@ -70,6 +70,9 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 size_t Scene::size() const noexcept { return state_->instances.size(); }
 uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+bool Scene::clear_of_self(const Segment& segment, const SceneQuery& query) const noexcept {
+  return vcd::clear_of_self(state_->data, begin_of(query, 0), segment);
+}
 bool Scene::has_hierarchies() const noexcept { return state_->has_hierarchies; }
 bool Scene::occluded(const Segment& segment, const SceneQuery& query) const noexcept {
   return state_->kernels->occluded_in_scene(state_->data, segment, query);

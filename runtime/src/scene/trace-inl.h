@@ -19,7 +19,7 @@ namespace vcd {
 namespace HWY_NAMESPACE {
 
 bool OccludedInScene(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
-  return occluded_in_scene(scene, segment, self_of(query, 0), query.mask, BoxesMet, Occluded);
+  return occluded_in_scene(scene, segment, begin_of(query, 0), query.mask, BoxesMet, Occluded);
 }
 
 // A segment is asked of one instance after another.
@@ -30,11 +30,11 @@ class SceneSource {
 
   HWY_INLINE bool begin(uint8_t k, uint32_t index) {
     const Segment& segment = segments_[index];
-    const uint32_t self = self_of(query_, index);
+    const Begin begins = begin_of(query_, index);
     from_[k] = &segment;
-    if (is_trusted(segment)) return candidates_[k].emplace(scene_, segment, self, query_.mask), true;
+    if (is_trusted(segment)) return candidates_[k].emplace(scene_, segment, begins, query_.mask), true;
     candidates_[k].reset();
-    return !occluded_in_scene(scene_, segment, self, query_.mask, BoxesMet, Occluded);
+    return !occluded_in_scene(scene_, segment, begins, query_.mask, BoxesMet, Occluded);
   }
   HWY_INLINE Next next(uint8_t k, Segment& segment) {
     if (!candidates_[k]) return {nullptr, false};
@@ -42,7 +42,7 @@ class SceneSource {
       const uint32_t instance = candidates_[k]->next(scene_, BoxesMet);
       if (instance == kNoInstance) return {nullptr, false};
       const bool look_up = candidates_[k]->looks_up(scene_, instance);
-      const Entered entered = enter(scene_, instance, *from_[k], look_up, segment);
+      const Entered entered = enter(scene_, instance, *from_[k], candidates_[k]->begin(), look_up, segment);
       if (entered.object || entered.blocked) return {entered.object, entered.blocked};
     }
   }

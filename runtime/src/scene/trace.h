@@ -8,20 +8,13 @@
 #include "hierarchy/traced.h"
 #include "lookup/grids.h"
 #include "lookup/object_data.h"
+#include "scene/in_object.h"
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
 #include "scene/trusted.h"
 #include "scene/walk.h"
 
 namespace vcd {
-
-// A segment in the frame of an instance's object; nothing where that frame cannot hold it.
-inline std::optional<Segment> in_object(const SceneData& scene, uint32_t instance, const Segment& segment) noexcept {
-  const ToGrid& grid = scene.to_grid[instance];
-  const ToFrame& frame = scene.to_frame[instance];
-  if (!has_inverse(grid)) return std::nullopt;
-  return is_trusted(segment) ? in_frame(frame, in_grid(grid, segment)) : far_in_frame(grid, frame, segment);
-}
 
 // Whether a triangle of the instance, its corners moved into the world and rounded there, meets the segment. Looks at
 // all of them: for flat transforms, and for what floats hold in the world alone.
@@ -34,12 +27,14 @@ struct Entered {
 };
 
 // Moves the segment into the object's frame, where `moved` is what the hierarchy is to be asked of. look_up: try that
-// first.
-inline Entered enter(const SceneData& scene, uint32_t instance, const Segment& segment, bool look_up, Segment& moved) {
+// first. Horizons are asked first of the instance that it begins on.
+inline Entered enter(const SceneData& scene, uint32_t instance, const Segment& segment, const Begin& begin,
+                     bool look_up, Segment& moved) {
   const ObjectData* const object = scene.sidecars[instance];
   if (!object || !object->traced.view) fail_without_hierarchy();
   const std::optional<Segment> in = in_object(scene, instance, segment);
   if (!in) return {nullptr, blocks_in_world(object->traced.view, scene.to_world[instance], segment)};
+  if (instance == begin.instance && is_clear(object->horizons, *in, begin.primitive)) return {nullptr, false};
   if (look_up && scene.objects[instance].tree && is_trusted(segment)) {
     const Located at = PlacedGrid{scene.to_grid[instance]}.locate_with_length(segment);
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
@@ -50,39 +45,45 @@ inline Entered enter(const SceneData& scene, uint32_t instance, const Segment& s
   return {&object->traced, false};
 }
 
-// The instances that a segment may meet, one after another: its own, `self`, comes first and is not looked up.
+// The instances that a segment may meet, one after another: its own comes first and is not looked up.
 class Candidates {
  public:
-  Candidates(const SceneData& scene, const Segment& segment, uint32_t self, uint32_t mask)
-      : way_(scene), ray_(scene_ray(segment)), self_(self), mask_(mask), self_is_next_(self != kNoInstance) {}
+  Candidates(const SceneData& scene, const Segment& segment, const Begin& begin, uint32_t mask)
+      : way_(scene),
+        ray_(scene_ray(segment)),
+        begin_(begin),
+        mask_(mask),
+        self_is_next_(begin.instance != kNoInstance) {}
+  const Begin& begin() const { return begin_; }
 
   // Of a trusted segment. kNoInstance after the last.
   template <class BoxesMet>
   uint32_t next(const SceneData& scene, const BoxesMet& boxes_met) {
-    if (std::exchange(self_is_next_, false) && (scene.masks[self_] & mask_)) return self_;
+    if (std::exchange(self_is_next_, false) && (scene.masks[begin_.instance] & mask_)) return begin_.instance;
     for (;;) {
       const uint32_t instance = way_.next(scene, mask_, [&](const SceneNode& node) { return boxes_met(node, ray_); });
-      if (instance == kNoInstance || instance != self_) return instance;
+      if (instance == kNoInstance || instance != begin_.instance) return instance;
     }
   }
   bool looks_up(const SceneData& scene, uint32_t instance) const {
-    return instance != self_ && scene.look_up_first[instance] != 0;
+    return instance != begin_.instance && scene.look_up_first[instance] != 0;
   }
 
  private:
   SceneWalk way_;
   SceneRay ray_;
-  uint32_t self_, mask_;
+  Begin begin_;
+  uint32_t mask_;
   bool self_is_next_;
 };
 
 // Whether some instance blocks the segment. trace(object, segment) asks a hierarchy.
 template <class BoxesMet, class Trace>
-bool occluded_in_scene(const SceneData& scene, const Segment& segment, uint32_t self, uint32_t mask,
+bool occluded_in_scene(const SceneData& scene, const Segment& segment, const Begin& begin, uint32_t mask,
                        const BoxesMet& boxes_met, const Trace& trace) {
   const auto blocks = [&](uint32_t instance, bool look_up) {
     Segment moved;
-    const Entered entered = enter(scene, instance, segment, look_up, moved);
+    const Entered entered = enter(scene, instance, segment, begin, look_up, moved);
     return entered.object ? trace(*entered.object, moved) : entered.blocked;
   };
   if (!is_trusted(segment)) {
@@ -90,7 +91,7 @@ bool occluded_in_scene(const SceneData& scene, const Segment& segment, uint32_t 
       if ((scene.masks[i] & mask) && blocks(i, false)) return true;
     return false;
   }
-  Candidates candidates(scene, segment, self, mask);
+  Candidates candidates(scene, segment, begin, mask);
   for (;;) {
     const uint32_t instance = candidates.next(scene, boxes_met);
     if (instance == kNoInstance) return false;
@@ -104,7 +105,7 @@ SampleBits occluded_array_in_scene(const SceneData& scene, std::span<const Segme
                                    const SampleBits& live, const BoxesMet& boxes_met, const Trace& trace) {
   SampleBits blocked{};
   for (size_t i : live)
-    blocked.set(i, occluded_in_scene(scene, segments[i], self_of(query, i), query.mask, boxes_met, trace));
+    blocked.set(i, occluded_in_scene(scene, segments[i], begin_of(query, i), query.mask, boxes_met, trace));
   return blocked;
 }
 

@@ -4,16 +4,12 @@
 #include <bit>
 #include <span>
 
+#include "scene/in_object.h"
 #include "scene/pairs.h"
 #include "scene/scene_data.h"
 #include "scene/trusted.h"
 
 namespace vcd {
-
-// The instance that a segment of the query begins on; kNoInstance: none is known.
-inline uint32_t self_of(const SceneQuery& query, size_t segment) {
-  return segment < query.origins.size() ? query.origins[segment] : kNoInstance;
-}
 
 // A way through the hierarchy that stops at each instance.
 class SceneWalk {
@@ -72,12 +68,13 @@ void walk_segments(const SceneData& scene, std::span<const Segment> segments, co
       continue;
     }
     const SceneRay ray = scene_ray(segment);
-    const uint32_t self = self_of(query, s);
+    const Begin begin = begin_of(query, s);
     walk(
         scene, query.mask, [&](const SceneNode& node) { return boxes_met(node, ray); }, [&] { return answers.done(s); },
         [&](uint32_t instance) {
-          if (instance == self) answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
-          else ask(ScenePair{s, instance});
+          if (instance != begin.instance) ask(ScenePair{s, instance});
+          else if (!clear_of_self(scene, begin, segment))
+            answers.take({s, instance}, Visibility::unclassified, Place::doubtful, kGrid);
         });
   }
 }

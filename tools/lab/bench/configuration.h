@@ -11,9 +11,10 @@ namespace vcd::bench {
 struct Configuration {
   uint32_t depth;
   Method method;
-  uint32_t samples;  // as BakeOptions has them
+  uint32_t samples;         // as BakeOptions has them
+  bool for_demand = false;  // of the same picture with another seed; then the baker picks the depth
 
-  // "5x256", "5xproven", "5xhybrid" and back; nothing if it is none of these.
+  // "5x256", "5xproven", "5xhybrid", "demandxproven", "demandxhybrid" and back; nothing if it is none of these.
   static std::optional<Configuration> parse(const std::string& text);
   std::string text() const;
 

@@ -2,6 +2,8 @@
 
 #include <cstring>
 
+#include "render/instructions.h"
+
 namespace vcd::bench {
 
 using namespace render;
@@ -36,7 +38,7 @@ RTCScenePointer build_object(RTCDevice device, const baker::PreparedMesh& mesh) 
 
 Result<HighQualityCasters> HighQualityCasters::build(const World& world) {
   HighQualityCasters casters;
-  casters.device_.reset(rtcNewDevice(nullptr));
+  casters.device_.reset(rtcNewDevice(embree_config()));
   if (!casters.device_) return Error{ErrorCode::runtime, "Embree gives no device"};
   std::vector<RTCScene> scenes;
   for (const WorldObject& object : world.objects) {

@@ -8,6 +8,8 @@
 #include <sys/utsname.h>
 #include <unistd.h>
 
+#include "render/instructions.h"
+
 namespace vcd::bench {
 
 using namespace tools;
@@ -22,7 +24,7 @@ std::string processor_name() {
 
 // The widest packets that Embree traces without cutting them up tell the instructions that it uses.
 std::string embree_instructions() {
-  const RTCDevice device = rtcNewDevice(nullptr);
+  const RTCDevice device = rtcNewDevice(render::embree_config());
   const bool sixteen = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED) != 0;
   const bool eight = rtcGetDeviceProperty(device, RTC_DEVICE_PROPERTY_NATIVE_RAY8_SUPPORTED) != 0;
   rtcReleaseDevice(device);

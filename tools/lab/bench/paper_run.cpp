@@ -107,7 +107,7 @@ class SceneRun : SceneEntry {
   }
 
   std::optional<Error> bake_all() {
-    return bake_missing(*this, *world_, configurations_, options_.render.threads, options_.quiet);
+    return bake_missing(*this, *world_, configurations_, options_.render, options_.demands, options_.quiet);
   }
 
   std::optional<Error> open_all() {

@@ -8,6 +8,7 @@
 #include "render/renderer.h"
 #include "render/scene_source.h"
 #include "results.h"
+#include "scene_bakes.h"
 
 namespace vcd::bench {
 
@@ -24,6 +25,7 @@ struct PaperRunOptions {
   std::vector<SceneRequest> scenes;
   std::vector<Configuration> configurations;
   render::RenderSettings render;
+  DemandBakes demands;
   int repetitions = 7;
   uint64_t segments_of_kind = 1 << 16;  // to time, of each kind, at most
   bool quiet = false;

@@ -30,7 +30,8 @@ constexpr size_t kJudged = 100'000;  // segments of each kind that the referee j
 // Rays of one kind, in the order in which they are asked; and the arrays that a renderer would ask them in.
 struct Rays {
   std::vector<Segment> segments;
-  std::vector<uint32_t> origins;  // an instance or kNoInstance
+  std::vector<uint32_t> origins;     // an instance or kNoInstance
+  std::vector<uint32_t> primitives;  // of it, or kNoPrimitive
   std::vector<From> from;
   struct Array {
     size_t first, count;
@@ -38,7 +39,7 @@ struct Rays {
   std::vector<Array> arrays;  // neighbours that begin alike, at most kWavefront
 
   void add(const PathRay& ray) {
-    segments.push_back(ray.segment), from.push_back(ray.from);
+    segments.push_back(ray.segment), from.push_back(ray.from), primitives.push_back(ray.primitive);
     origins.push_back(ray.surface == kGroundSurface ? kNoInstance : ray.surface);
   }
   void cut() {
@@ -70,24 +71,29 @@ RayOrders orders_of(const std::vector<PathRay>& rays, const Keep& keep) {
   return orders;
 }
 
-// One object, or a scene of instances, asked without a fallback; as the sidecars were opened.
+// One object, or a scene of instances, asked without a fallback; as the sidecars were opened. by_horizons: those are
+// asked first of what begins on the object.
 class Alone {
  public:
-  Alone(std::string name, const World& world, WorldSidecars sidecars)
-      : name_(std::move(name)), sidecars_(std::move(sidecars)) {
+  Alone(std::string name, const World& world, WorldSidecars sidecars, bool by_horizons)
+      : name_(std::move(name)), sidecars_(std::move(sidecars)), by_horizons_(by_horizons) {
     if (world.single()) object_ = sidecars_.objects[0];
     else scene_.emplace(scene_of(world, sidecars_.objects));
   }
   const std::string& name() const { return name_; }
 
   bool occluded(const Rays& rays, size_t i) const {
+    if (object_ && by_horizons_ && rays.from[i] == From::self)
+      return object_->occluded_self(rays.segments[i], rays.primitives[i]);
     if (object_) return object_->occluded(rays.segments[i], rays.from[i]);
     return scene_->occluded(rays.segments[i], query(rays, {i, 1}));
   }
   // A bit a segment, as Object::occluded() gives them.
   void occluded(const Rays& rays, Rays::Array array, std::span<uint64_t> blocked) const {
     const auto segments = std::span(rays.segments).subspan(array.first, array.count);
-    if (object_) object_->occluded(segments, blocked, rays.from[array.first]);
+    if (object_ && by_horizons_ && rays.from[array.first] == From::self)
+      object_->occluded_self(segments, std::span(rays.primitives).subspan(array.first, array.count), blocked);
+    else if (object_) object_->occluded(segments, blocked, rays.from[array.first]);
     else scene_->occluded(segments, blocked, query(rays, array));
   }
 
@@ -105,14 +111,18 @@ class Alone {
   }
 
   std::span<const Object> objects() const { return sidecars_.objects; }
+  bool by_horizons() const { return by_horizons_; }
 
  private:
-  static SceneQuery query(const Rays& rays, Rays::Array array) {
-    return {0xFFFFFFFF, std::span(rays.origins).subspan(array.first, array.count)};
+  SceneQuery query(const Rays& rays, Rays::Array array) const {
+    SceneQuery query{0xFFFFFFFF, std::span(rays.origins).subspan(array.first, array.count)};
+    if (by_horizons_) query.primitives = std::span(rays.primitives).subspan(array.first, array.count);
+    return query;
   }
 
   std::string name_;
   WorldSidecars sidecars_;
+  bool by_horizons_;
   std::optional<Object> object_;
   std::optional<Scene> scene_;
 };
@@ -132,6 +142,7 @@ struct Comparison {
   std::string name;
   // differ: answers of the hierarchy that are not Embree's. wrong: in exact arithmetic, of the first `judged`.
   uint64_t segments = 0, blocked = 0, differ = 0, judged = 0, wrong_embree = 0, wrong_hierarchy = 0;
+  uint64_t wrong_horizons = 0;  // of all segments: held against the hierarchy's answers
   Times single, wavefronts;
 };
 
@@ -163,6 +174,7 @@ class Bench {
     for (size_t i = 0; i < rays.segments.size(); ++i) {
       const bool embree = occluded_by_bvh(casters(false), rays.segments[i]), ours = alone_[0].occluded(rays, i);
       result.blocked += embree, result.differ += embree != ours;
+      if (alone_.back().by_horizons()) result.wrong_horizons += alone_.back().occluded(rays, i) != ours;
       if (i >= result.judged) continue;
       const bool truth = judge_.blocked(rays.segments[i]);
       result.wrong_embree += embree != truth, result.wrong_hierarchy += ours != truth;
@@ -254,6 +266,7 @@ Json describe(const Comparison& c) {
           {"judged", c.judged},
           {"wrong_embree", c.wrong_embree},
           {"wrong_hierarchy", c.wrong_hierarchy},
+          {"wrong_horizons", c.wrong_horizons},
           {"single_calls", describe(c.single, c.segments)},
           {"wavefronts", describe(c.wavefronts, c.segments)}};
 }
@@ -270,15 +283,18 @@ void print(const Comparison& c) {
               Count{c.differ});
   std::printf("  in exact arithmetic, of %llu: Embree wrong %llu times, the hierarchy %llu times\n", Count{c.judged},
               Count{c.wrong_embree}, Count{c.wrong_hierarchy});
+  if (c.wrong_horizons > 0) std::printf("  horizons differ from the hierarchy %llu times\n", Count{c.wrong_horizons});
   print("single calls, path by path", c.single, c.segments);
   print("wavefronts of 4096 paths", c.wavefronts, c.segments);
 }
 
 Result<std::vector<Alone>> open_alone(const World& world, const std::vector<std::string>& paths) {
   std::vector<Alone> alone;
-  for (const auto& [name, look_up] :
-       {std::pair("hierarchy", LookUpFirst::never), std::pair("look-ups, then hierarchy", LookUpFirst::always),
-        std::pair("look-ups as baked, then hierarchy", LookUpFirst::as_baked)}) {
+  for (const auto& [name, look_up, by_horizons] :
+       {std::tuple("hierarchy", LookUpFirst::never, false),
+        std::tuple("look-ups, then hierarchy", LookUpFirst::always, false),
+        std::tuple("look-ups as baked, then hierarchy", LookUpFirst::as_baked, false),
+        std::tuple("look-ups as baked and horizons, then hierarchy", LookUpFirst::as_baked, true)}) {
     OpenOptions options;
     options.look_up = look_up;
     auto sidecars = open_sidecars(world, paths, options);
@@ -286,7 +302,8 @@ Result<std::vector<Alone>> open_alone(const World& world, const std::vector<std:
     for (const Object& object : sidecars->objects)
       if (!object.has_hierarchy())
         return Error{ErrorCode::usage, paths[0] + ": without a hierarchy of triangles; bake it again"};
-    alone.emplace_back(name, world, std::move(*sidecars));
+    if (by_horizons && std::ranges::none_of(sidecars->objects, &Object::has_horizons)) continue;
+    alone.emplace_back(name, world, std::move(*sidecars), by_horizons);
   }
   return alone;
 }

@@ -7,6 +7,7 @@
 
 #include "common/program.h"
 #include "common/progress.h"
+#include "render/recorded.h"
 #include "render/sidecars.h"
 #include "variant_json.h"
 
@@ -19,10 +20,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr uint64_t kDemandSeed = 0xDE3A;
+
 class SceneBakes : SceneEntry {
  public:
-  SceneBakes(const SceneEntry& entry, const World& world, unsigned threads, bool quiet)
-      : SceneEntry(entry), world_(world), threads_(threads), quiet_(quiet) {}
+  SceneBakes(const SceneEntry& entry, const World& world, const RenderSettings& picture, const DemandBakes& demands,
+             bool quiet)
+      : SceneEntry(entry), world_(world), picture_(picture), demands_(demands), quiet_(quiet) {}
 
   std::optional<Error> bake_all(const std::vector<Configuration>& configurations) {
     std::error_code failed;
@@ -35,26 +39,47 @@ class SceneBakes : SceneEntry {
       BakeOptions bake;
       bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
       variant(c.id())["tree"] = c.text();
+      if (c.for_demand)
+        if (auto error = ask_for_demand(bake)) return error;
       if (auto error = bake_variant(c.id(), bake)) return error;
     }
-    return write_unclassified(configurations[0].depth);
+    return write_unclassified(std::max(configurations[0].depth, 1u));
   }
 
  private:
+  // Recorded once, with rays of its own: those of the measured pictures are not among them.
+  std::optional<Error> ask_for_demand(BakeOptions& bake) {
+    if (!demand_) {
+      const ProgressLine line(label("recording"), quiet_);
+      RenderSettings other = picture_;
+      other.seed ^= kDemandSeed;
+      RenderHooks hooks;
+      hooks.stop = interrupted;
+      auto demand = demand_of_picture(world_, other, demands_.most_recorded, hooks);
+      if (interrupted()) return stopped();
+      if (!demand) return demand.error();
+      demand_.emplace(std::move(*demand));
+    }
+    bake.demand = &*demand_;
+    bake.budget_bytes = static_cast<uint64_t>(demands_.budget_mb * 1048576);
+    return std::nullopt;
+  }
+
   std::optional<Error> bake_variant(const std::string& id, BakeOptions bake) {
     const fs::path path = sidecar_path(id);
     if (variant(id).contains("bake_seconds") && fs::exists(path)) return std::nullopt;
     std::optional<ProgressLine> line(std::in_place, label("baking " + id), quiet_);
     bake.stop = interrupted;
-    bake.threads = threads_;
+    bake.threads = picture_.threads;
     const auto baked =
         bake_world(world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line->update(p); });
     line.reset();
     if (interrupted()) return stopped();
     if (!baked) return baked.error();
     Json& v = variant(id);
-    v["depth"] = bake.depth;
+    v["depth"] = baked->depth;
     v["method"] = method_name(bake.method);
+    if (bake.demand) v["demand"] = true;
     if (bake.method == Method::sampled) v["samples"] = bake.samples;
     return describe_file(id, *baked);
   }
@@ -67,7 +92,7 @@ class SceneBakes : SceneEntry {
     if (interrupted()) return stopped();
     if (!written) return written.error();
     variant(kUnclassified)["depth"] = depth;
-    return describe_file(kUnclassified, {0, 0, *written});
+    return describe_file(kUnclassified, {0, 0, *written, depth});
   }
 
   std::optional<Error> describe_file(const std::string& id, const WorldBake& baked) {
@@ -88,7 +113,8 @@ class SceneBakes : SceneEntry {
     ship.storage = Storage::zstd;
     ship.stop = interrupted;
     for (const ObjectContents& o : sidecar.contents().objects)
-      ship.objects.push_back({o.name, *o.record, tree_pieces(o.tree), {}, o.hierarchy.bytes(), o.clearance});
+      ship.objects.push_back(
+          {o.name, *o.record, tree_pieces(o.tree), {}, o.hierarchy.bytes(), o.clearance, o.horizon.all_bytes()});
     const fs::path path = sidecar_path(id + "-ship");
     const auto written = write_sidecar(path, ship);
     if (interrupted()) return stopped();
@@ -100,8 +126,10 @@ class SceneBakes : SceneEntry {
   }
 
   const World& world_;
-  unsigned threads_;
+  const RenderSettings& picture_;
+  const DemandBakes& demands_;
   bool quiet_;
+  std::optional<Demand> demand_;
 };
 
 }  // namespace
@@ -117,8 +145,9 @@ std::vector<Configuration> with_measured(std::vector<Configuration> wanted, cons
 }
 
 std::optional<Error> bake_missing(const SceneEntry& entry, const World& world,
-                                  const std::vector<Configuration>& configurations, unsigned threads, bool quiet) {
-  return SceneBakes(entry, world, threads, quiet).bake_all(configurations);
+                                  const std::vector<Configuration>& configurations, const RenderSettings& picture,
+                                  const DemandBakes& demands, bool quiet) {
+  return SceneBakes(entry, world, picture, demands, quiet).bake_all(configurations);
 }
 
 }  // namespace vcd::bench

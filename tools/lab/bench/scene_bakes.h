@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "configuration.h"
+#include "render/renderer.h"
 #include "render/world.h"
 #include "results.h"
 
@@ -35,9 +36,15 @@ class SceneEntry {
 // The trees that are wanted and those of earlier runs: all are timed together.
 std::vector<Configuration> with_measured(std::vector<Configuration> wanted, const tools::Json& scene);
 
-// Bakes each tree that is missing, and the sidecar that answers nothing; describes and saves each. The first error ends
-// it.
+struct DemandBakes {
+  double budget_mb = 8;                    // of an object
+  size_t most_recorded = size_t{1} << 21;  // of the picture's rays
+};
+
+// Bakes each tree that is missing, and the sidecar that answers nothing; describes and saves each. Demands are recorded
+// from the picture with another seed. The first error ends it.
 std::optional<Error> bake_missing(const SceneEntry& entry, const render::World& world,
-                                  const std::vector<Configuration>& configurations, unsigned threads, bool quiet);
+                                  const std::vector<Configuration>& configurations,
+                                  const render::RenderSettings& picture, const DemandBakes& demands, bool quiet);
 
 }  // namespace vcd::bench

@@ -8,6 +8,7 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/referee.h>
 #include <vcd/baker/tracer.h>
+#include <vcd/format/layout.h>
 #include <vcd/runtime/sidecar.h>
 #include <vcd/writer/atomic_file.h>
 
@@ -46,6 +47,7 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
     BakeOptions options;
     options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
+    options.horizons = method == Method::proven;
     const auto baked = bake(made.mesh, options);
     if (!baked) return baked.error();
     made.no_hierarchy = baked->without_hierarchy;
@@ -66,15 +68,37 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   return made;
 }
 
-StabilityPoint ask(const StabilityMesh& subject, const SegmentMaker& maker, uint64_t rays, uint64_t seed) {
+// Wrong and resolved answers of horizons. keys: triangles of the mesh.
+StabilityCounts ask_horizons(const StabilityMesh& subject, std::span<const Segment> segments,
+                             std::span<const uint32_t> keys, std::span<const uint8_t> truth) {
+  StabilityCounts counts;
+  const std::vector<uint32_t>& became = subject.mesh.source_triangles;
+  std::vector<uint32_t> source(subject.mesh.triangles.size());
+  for (uint32_t i = 0; i < became.size(); ++i)
+    if (became[i] != kNone) source[became[i]] = i;
+  for (size_t i = 0; i < segments.size(); ++i) {
+    if (subject.object(0).classify_self(segments[i], source[keys[i]]) != Visibility::clear) continue;
+    ++counts.resolved, counts.wrong += truth[i];
+  }
+  return counts;
+}
+
+StabilityPoint ask(const StabilityMesh& subject, const StabilitySweep::Point& asked, uint64_t seed) {
+  const uint64_t rays = asked.rays;
   StabilityPoint point;
   point.rays = rays;
   point.no_hierarchy = subject.no_hierarchy;
   Random random(seed);
   std::vector<Segment> segments(rays);
-  for (Segment& segment : segments) segment = maker(subject.mesh, random);
+  std::vector<uint32_t> keys(rays);
+  for (uint64_t i = 0; i < rays; ++i) {
+    if (!asked.from_self) keys[i] = static_cast<uint32_t>(i % subject.mesh.triangles.size());
+    segments[i] =
+        asked.from_self ? asked.from_self(subject.mesh, random, keys[i]) : asked.segment(subject.mesh, random);
+  }
   std::vector<uint8_t> truth(rays);
   subject.referee.occluded(segments, truth);
+  point.horizons = ask_horizons(subject, segments, keys, truth);
   for (uint64_t i = 0; i < rays; ++i) {
     const bool blocked = truth[i] != 0;
     point.blocked += blocked;
@@ -152,6 +176,18 @@ std::vector<StabilitySweep> stability_sweeps(bool quick) {
   StabilitySweep& kinds = sweep("segments", "Special segments", "how segments are drawn", "category");
   for (const auto& [name, maker] : segment_kinds())
     kinds.points.push_back({name, kinds.points.empty() ? std::function<SourceMesh()>(sphere) : nullptr, maker, rays});
+  StabilitySweep& heights = sweep("self-height", "Segments from the object itself",
+                                  "height of the origin, longest edges of its triangle", "log");
+  for (double d : powers(-8, 2))
+    heights.points.push_back({d,
+                              heights.points.empty() ? std::function<SourceMesh()>([] {
+                                return scaled(stability_sphere(24, 40), {1, 0.4f, 0.7f});
+                              })
+                                                     : nullptr,
+                              nullptr, rays, above_a_triangle(d)});
+  StabilitySweep& dents = sweep("self-meshes", "Segments from kinds of meshes", "mesh", "category");
+  for (const auto& [name, mesh] : stability_kinds(2000))
+    dents.points.push_back({name, [copy = mesh] { return copy; }, nullptr, rays, above_a_triangle(1e-3)});
   StabilitySweep& meshes = sweep("meshes", "Kinds of meshes, lines at their edges", "mesh", "category");
   for (const auto& [name, mesh] : stability_kinds(quick ? 2000 : 1000000))
     meshes.points.push_back({name, [copy = mesh] { return copy; }, segment_kinds()[6].second, rays});
@@ -171,7 +207,7 @@ void run_sweep(const StabilitySweep& sweep, uint32_t depth,
       refused = made ? "" : made.error().message;
     }
     StabilityPoint point;
-    if (subject) point = ask(*subject, p.segment, p.rays, 77 + i);
+    if (subject) point = ask(*subject, p, 77 + i);
     point.refused = refused;
     visit(i, point);
   }
@@ -197,11 +233,11 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
               {"scale", sweep.scale},
               {"points", Json::array()}};
     if (format == OutputFormat::text)
-      std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %9s %8s %8s\n", sweep.title.c_str(),
-                  options.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked", "proven", "hybrid",
-                  "256 samples", "hierarchy", "Embree", "ROBUST");
+      std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %9s %8s %8s %14s\n",
+                  sweep.title.c_str(), options.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked",
+                  "proven", "hybrid", "256 samples", "hierarchy", "Embree", "ROBUST", "horizons");
     run_sweep(sweep, options.depth, [&](size_t i, const StabilityPoint& p) {
-      wrong_proofs += p.counts[0].wrong + p.wrong_proven;
+      wrong_proofs += p.counts[0].wrong + p.wrong_proven + p.horizons.wrong;
       wrong_hierarchy += p.counts[kHierarchyMethod].wrong;
       Json point{{"x", sweep.points[i].x}, {"rays", p.rays}, {"blocked", p.blocked}, {"results", Json::object()}};
       const std::string x =
@@ -217,14 +253,15 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
         const auto cell = [](const StabilityCounts& c) {
           return std::to_string(c.wrong) + " of " + std::to_string(c.resolved);
         };
+        point["horizons"] = {{"wrong", p.horizons.wrong}, {"resolved", p.horizons.resolved}};
         const std::string hierarchy =
             p.no_hierarchy.empty() ? std::to_string(p.counts[kHierarchyMethod].wrong) : "none";
         if (format == OutputFormat::text)
-          std::printf("  %-22s %8llu %8llu %16s %16s %16s %9s %8llu %8llu\n", x.c_str(),
+          std::printf("  %-22s %8llu %8llu %16s %16s %16s %9s %8llu %8llu %14s\n", x.c_str(),
                       static_cast<unsigned long long>(p.rays), static_cast<unsigned long long>(p.blocked),
                       cell(p.counts[0]).c_str(), cell(p.counts[1]).c_str(), cell(p.counts[2]).c_str(),
                       hierarchy.c_str(), static_cast<unsigned long long>(p.counts[kEmbreeMethod].wrong),
-                      static_cast<unsigned long long>(p.counts[kRobustMethod].wrong));
+                      static_cast<unsigned long long>(p.counts[kRobustMethod].wrong), cell(p.horizons).c_str());
         std::fflush(stdout);
       }
       json["points"].push_back(point);

@@ -31,6 +31,9 @@ struct StabilityPoint {
   std::string no_hierarchy;        // why a sidecar that could be baked has none; then it was not asked
   StabilityCounts counts[kStabilityMethodCount];
   uint64_t wrong_proven = 0;  // of hybrid's answers, with proofs alone
+  // Of horizons, asked with the triangle that the segment was made for, else with any; resolved: clear. Of meshes for
+  // which horizons are not worth it: none.
+  StabilityCounts horizons;
 };
 
 struct StabilityMesh;  // a mesh with its sidecars, tracers and referee
@@ -42,6 +45,7 @@ struct StabilitySweep {
     std::function<baker::SourceMesh()> mesh;  // null: that of the point before
     SegmentMaker segment;
     uint64_t rays;
+    SelfSegmentMaker from_self = nullptr;  // in its place: segments that begin on a triangle
   };
   std::vector<Point> points;
 };

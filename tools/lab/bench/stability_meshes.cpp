@@ -1,6 +1,7 @@
 #include "stability_meshes.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace vcd::bench {
@@ -186,6 +187,46 @@ std::vector<std::pair<std::string, SourceMesh>> stability_kinds(uint32_t soup_tr
 
 Segment through_the_box(const PreparedMesh& mesh, Random& random, double boxes) {
   return through(mesh, point_in_box(mesh, random), direction(random), std::max(boxes, 1e-3), boxes + 2);
+}
+
+SelfSegmentMaker above_a_triangle(double height) {
+  return [height](const PreparedMesh& mesh, Random& random, uint32_t& triangle) {
+    triangle = static_cast<uint32_t>(random() % mesh.triangles.size());
+    Vec corner, a, b, n;
+    double longest = 0, length2 = 0;
+    for (size_t k = 0; k < 3; ++k) {
+      const auto at = [&](size_t i) { return static_cast<double>(mesh.positions[mesh.triangles[triangle][i]][k]); };
+      corner[k] = at(0), a[k] = at(1) - at(0), b[k] = at(2) - at(0);
+      longest = std::max({longest, std::abs(a[k]), std::abs(b[k]), std::abs(at(2) - at(1))});
+    }
+    for (size_t k = 0; k < 3; ++k) {
+      n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+      length2 += n[k] * n[k];
+    }
+    double u = uniform(random), v = uniform(random);
+    if (u + v > 1) u = 1 - u, v = 1 - v;
+    if (const uint64_t place = random() % 12; place < 3) {
+      u = place == 0 ? 0 : u, v = place == 1 ? 1 - u : place == 2 ? 0 : v;
+      u += 1e-6 * (uniform(random) - 0.5);
+    }
+    const double side = (random() % 2 ? 1 : -1) / std::sqrt(length2);
+    Vec d = direction(random);
+    double up = 0;
+    for (size_t k = 0; k < 3; ++k) n[k] *= side, up += d[k] * n[k];
+    if (up < 0) {
+      for (size_t k = 0; k < 3; ++k) d[k] = -d[k];
+      up = -up;
+    }
+    const bool by_t = random() % 2;
+    Segment s{};
+    for (size_t k = 0; k < 3; ++k) {
+      s.origin[k] = static_cast<float>(corner[k] + u * a[k] + v * b[k] + (by_t ? 0 : height * longest * n[k]));
+      s.direction[k] = static_cast<float>(longest * d[k]);
+    }
+    s.t_min = by_t ? static_cast<float>(height / std::max(up, 1e-9)) : 0;
+    s.t_max = std::numeric_limits<float>::infinity();
+    return s;
+  };
 }
 
 std::vector<std::pair<std::string, SegmentMaker>> segment_kinds() {

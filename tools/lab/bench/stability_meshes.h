@@ -26,6 +26,12 @@ using Random = std::mt19937_64;
 // How segments are drawn. All are in the mesh's own frame.
 using SegmentMaker = std::function<Segment(const baker::PreparedMesh&, Random&)>;
 
+// Likewise of segments that begin on the mesh; sets the triangle.
+using SelfSegmentMaker = std::function<Segment(const baker::PreparedMesh&, Random&, uint32_t& triangle)>;
+// From above a triangle, so high in its longest edges, on either side, into that half-space: by an offset along the
+// normal, or by t_min. Every fourth foot is at an edge or a corner, or beside it.
+SelfSegmentMaker above_a_triangle(double height);
+
 // Through a random point of the box, in a random direction, from `boxes` boxes away.
 Segment through_the_box(const baker::PreparedMesh& mesh, Random& random, double boxes);
 

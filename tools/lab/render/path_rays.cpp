@@ -6,6 +6,8 @@
 #include <optional>
 #include <random>
 
+#include <vcd/format/layout.h>
+
 #include "sampling.h"
 #include "shadows.h"
 #include "surface.h"
@@ -17,7 +19,14 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 class PathTracer {
  public:
-  PathTracer(const World& world, uint64_t seed) : world_(world), random_(seed) {}
+  PathTracer(const World& world, uint64_t seed) : world_(world), random_(seed) {
+    for (const WorldObject& object : world.objects) {
+      const std::vector<uint32_t>& became = object.mesh.source_triangles;
+      std::vector<uint32_t>& source = sources_.emplace_back(object.mesh.triangles.size());
+      for (uint32_t i = 0; i < became.size(); ++i)
+        if (became[i] != kNone) source[became[i]] = i;
+    }
+  }
 
   // One path that begins at the camera.
   void trace(uint32_t path, Vec3 direction, uint32_t bounces, std::vector<PathRay>& rays) {
@@ -27,7 +36,8 @@ class PathTracer {
       if (!point) return;
       origin = point->position + point->normal * world_.shadow_offset;
       if (const auto segment = to_a_light(origin, point->normal))
-        rays.push_back({*segment, point->surface, from_of(world_, point->surface, *segment), path, bounce});
+        rays.push_back(
+            {*segment, point->surface, source_of(*point), from_of(world_, point->surface, *segment), path, bounce});
       direction = cosine_direction(point->normal);
     }
   }
@@ -40,6 +50,12 @@ class PathTracer {
  private:
   float uniform() { return static_cast<float>(random_() >> 40) * 0x1p-24f; }
 
+  // Of the mesh's file, where the point is on a mesh.
+  uint32_t source_of(const SurfacePoint& point) const {
+    return point.surface == kGroundSurface ? kNoPrimitive
+                                           : sources_[world_.instances[point.surface].object][point.primitive];
+  }
+
   std::optional<SurfacePoint> closest(Vec3 o, Vec3 d) const {
     RTCRayHit ray{};
     ray.ray.org_x = o.x, ray.ray.org_y = o.y, ray.ray.org_z = o.z;
@@ -50,7 +66,8 @@ class PathTracer {
     rtcInitIntersectContext(&context);
     rtcIntersect1(world_.visible.get(), &context, &ray);
     if (ray.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
-    return surface_point(world_, o, d, ray.ray.tfar, {ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z}, ray.hit.instID[0]);
+    return surface_point(world_, o, d, ray.ray.tfar, {ray.hit.Ng_x, ray.hit.Ng_y, ray.hit.Ng_z}, ray.hit.instID[0],
+                         ray.hit.primID);
   }
 
   // All random numbers are drawn whatever becomes of them.
@@ -77,6 +94,7 @@ class PathTracer {
   }
 
   const World& world_;
+  std::vector<std::vector<uint32_t>> sources_;  // by object and triangle of its mesh
   std::mt19937_64 random_;
 };
 

@@ -22,8 +22,9 @@ struct PathSettings {
 // A shadow ray, in the world's frame.
 struct PathRay {
   Segment segment;
-  uint32_t surface;  // that it begins on: an instance, or kGroundSurface
-  From from;         // the object's box it begins; in a scene of instances: outside, or self
+  uint32_t surface;    // that it begins on: an instance, or kGroundSurface
+  uint32_t primitive;  // of that instance's source mesh, or kNoPrimitive
+  From from;           // the object's box it begins; in a scene of instances: outside, or self
   uint32_t path;
   uint32_t bounce;  // 1: at the surface that the camera sees
 };

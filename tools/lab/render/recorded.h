@@ -6,12 +6,17 @@
 
 #include <vcd/recorder/recorder.h>
 
-#include "shadows.h"
+#include "renderer.h"
 
 namespace vcd::render {
 
 // Of the world's instances. Errors: runtime (out of memory).
 Result<Recorder> recorder_of(const World& world, size_t most);
+
+// The shadow rays of a picture, at most so many of them, as a demand. Nothing is traced for them. One thread: the same
+// world and settings give the same demand. Errors: runtime (out of memory, or stopped).
+Result<Demand> demand_of_picture(const World& world, RenderSettings settings, size_t most,
+                                 const RenderHooks& hooks = {});
 
 class RecordedShadows : public ShadowCaster {
  public:

@@ -80,7 +80,8 @@ class CameraRays {
   SurfacePoint surface_point(const RTCRayHit16& rays, uint32_t k) const {
     const Vec3 d{rays.ray.dir_x[k], rays.ray.dir_y[k], rays.ray.dir_z[k]};
     return render::surface_point(world_, world_.view.position, d, rays.ray.tfar[k],
-                                 {rays.hit.Ng_x[k], rays.hit.Ng_y[k], rays.hit.Ng_z[k]}, rays.hit.instID[0][k]);
+                                 {rays.hit.Ng_x[k], rays.hit.Ng_y[k], rays.hit.Ng_z[k]}, rays.hit.instID[0][k],
+                                 rays.hit.primID[k]);
   }
 
   const World& world_;

@@ -1,5 +1,7 @@
 #include "sidecars.h"
 
+#include <algorithm>
+
 #include "common/describe.h"
 
 namespace vcd::render {
@@ -43,6 +45,7 @@ Result<WorldBake> bake_world(const World& world, const BakeOptions& options, con
     if (!result) return Error{result.error().code, object.source + ": " + result.error().message};
     sum.seconds += result->seconds;
     sum.rays += result->rays;
+    sum.depth = std::max(sum.depth, uint32_t{result->record.depth});
     baked.push_back(std::move(*result));
   }
   const auto written = write_world(world, baked, path, options.stop);

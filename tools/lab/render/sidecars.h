@@ -26,6 +26,7 @@ Result<WorldSidecars> open_sidecars(const World& world, const std::vector<std::s
 struct WorldBake {
   double seconds = 0;  // of all objects
   uint64_t rays = 0, file_bytes = 0;
+  uint32_t depth = 0;  // of the deepest
 };
 
 // Bakes all objects of a world into one sidecar, with a quick audit. progress: what is baked, and how far it is.

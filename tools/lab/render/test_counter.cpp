@@ -2,6 +2,7 @@
 
 #include <limits>
 
+#include "instructions.h"
 #include "packets.h"
 
 namespace vcd::render {
@@ -60,7 +61,7 @@ RTCScenePointer object_scene(RTCDevice device, const PreparedMesh& mesh) {
 
 Result<TestCounter> TestCounter::build(const World& world) {
   TestCounter counter;
-  RTCDevicePointer device(rtcNewDevice(nullptr));
+  RTCDevicePointer device(rtcNewDevice(embree_config()));
   if (!device) return Error{ErrorCode::runtime, "Embree gives no device"};
   std::vector<RTCScene> scenes;
   for (const WorldObject& object : world.objects) {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/memory.h"
+#include "instructions.h"
 
 namespace vcd::render {
 
@@ -141,7 +142,7 @@ Result<World> build_world(const scenes::Scene& scene, std::vector<WorldPart>&& p
   if (auto error = check_triangles(scene.name, triangles)) return *error;
 
   std::atomic<int64_t> bytes = 0;  // outlives the device, which counts in it
-  RTCDevicePointer device(rtcNewDevice(nullptr));
+  RTCDevicePointer device(rtcNewDevice(embree_config()));
   if (!device) return Error{ErrorCode::runtime, "Embree gives no device"};
   rtcSetDeviceMemoryMonitorFunction(device.get(), count_bytes, &bytes);
 

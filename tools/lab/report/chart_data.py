@@ -38,7 +38,7 @@ def scatter(chart, scene):
         tree = trees.get(row["behind"], row)
         points.append({
             "id": point_id(chart, scene["name"], row["id"]), "variant": row["id"], "label": row["label"], "behind": row["behind"],
-            "method": OF_THEIR_OWN.get(row["id"], tree["method"]), "depth": tree["depth"], "samples": tree["samples"], "x": row[look["x"]], "y": row[look["y"]],
+            "method": OF_THEIR_OWN.get(row["id"], tree["method"]), "depth": tree["depth"], "samples": tree["samples"], "demand": tree["demand"], "x": row[look["x"]], "y": row[look["y"]],
             "y_low": low, "y_high": high, "x_bound": row.get(look.get("x_bound")), "y_bound": row.get(look.get("y_bound")),
             "area": tree.get(look.get("area")) if tree["depth"] else None, "wrong_rate": row["wrong_rate"], "wrong_bound_95": row["wrong_bound_95"]})
     if not points:

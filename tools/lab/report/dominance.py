@@ -1,6 +1,6 @@
 """Each sampled tree of a scene against the proven and the hybrid ones: is one of these at least as fast, with at most as many
-wrong rays?"""
-from figures import PROVED, is_configuration, is_sampled
+wrong rays? Trees that were baked for the scene's own rays do not take part: the sampled ones were not."""
+from figures import PROVED, is_for_any_scene, is_sampled
 from tables import column
 
 FIGURES = (("speedup", "Speed-up", "ratio"), ("wrong", "Wrong rays", "count"), ("wrong_rate", "Wrong", "percent"))
@@ -28,7 +28,7 @@ def exception(row, proved):
 
 
 def of_scene(scene):
-    rows = [r for r in scene["variants"] if is_configuration(r) and r["speedup"] is not None and r["wrong_rate"] is not None]
+    rows = [r for r in scene["variants"] if is_for_any_scene(r) and r["speedup"] is not None and r["wrong_rate"] is not None]
     sampled, proved = [r for r in rows if is_sampled(r)], [r for r in rows if not is_sampled(r)]
     by_method = {m: [p for p in proved if p["method"] == m] for m in PROVED}
     left = [s for s in sampled if not any(dominates(p, s) for p in proved)]

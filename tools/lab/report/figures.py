@@ -41,6 +41,8 @@ def method_of(variant):
 
 
 def label_of(variant):
+    if variant.get("demand") and "depth" in variant:
+        return f"for the scene, {variant['method']}, down to depth {variant['depth']}"
     if "depth" in variant and method_of(variant) in PROVED:
         return f"depth {variant['depth']}, {variant['method']}"
     if "depth" in variant and "samples" in variant:
@@ -55,6 +57,10 @@ def is_sampled(row):
 
 def is_configuration(row):
     return is_sampled(row) or (row["depth"] is not None and row["method"] in PROVED)
+
+
+def is_for_any_scene(row):
+    return is_configuration(row) and not row.get("demand")
 
 
 def is_hierarchy(row):
@@ -88,7 +94,7 @@ def variant_row(scene, variant, bvh):
         "fallback_segments": get("fallback_segments"), "resolved_share": divide(get("resolved_segments"), get("segments")),
         "wrong": get("wrong"), "wrong_resolved": get("wrong_resolved"), "wrong_rate": get("wrong_rate"),
         "wrong_bound_95": get("wrong_bound_95"), "rmse": get("rmse"), "max_difference": get("max_difference"),
-        "identical_image": get("identical_image"), "behind": get("behind")}
+        "identical_image": get("identical_image"), "behind": get("behind"), "demand": bool(get("demand"))}
 
 
 def counts(item):

@@ -22,7 +22,7 @@ TIMING = {"median": NUMBER, "minimum": NUMBER, "maximum": NUMBER}
 COUNTS = {"kind": TEXT, "segments": NUMBER, "resolved": NUMBER, "blocked": NUMBER, "clear": NUMBER, "wrong": NUMBER,
           "wrong_resolved": NUMBER, "wrong_bound_95": NUMBER}
 VARIANT = {
-    "id": TEXT, "label": TEXT, "behind": TEXT, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
+    "id": TEXT, "label": TEXT, "behind": TEXT, "demand": FLAG, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
     "tests": NUMBER, "bake_seconds": NUMBER, "bake_rays": NUMBER, "memory_bytes": NUMBER, "file_bytes": NUMBER,
     "ship_bytes": NUMBER, "segments": NUMBER, "fallback_segments": NUMBER, "resolved_segments": NUMBER, "wrong": NUMBER,
     "wrong_resolved": NUMBER, "wrong_rate": NUMBER, "wrong_bound_95": NUMBER, "rmse": NUMBER, "max_difference": NUMBER,

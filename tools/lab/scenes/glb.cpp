@@ -83,6 +83,16 @@ void describe_camera(Json& document, const Camera& camera) {
   document["nodes"].push_back(camera_node(camera));
 }
 
+// vcd's area light (spec/demand.md): a rectangle in its node's xy plane that shines along -z.
+Json light_node(const AreaLight& light) {
+  const Double3 u = to_double(light.edge_u), v = to_double(light.edge_v), back = unit(cross(v, u));
+  const Double3 middle = to_double(light.corner) + 0.5 * (u + v);
+  const Vec3 x = to_float(unit(v)), y = to_float(unit(u)), z = to_float(back), p = to_float(middle);
+  return {{"name", "light"},
+          {"matrix", column_major({x[0], y[0], z[0], p[0], x[1], y[1], z[1], p[1], x[2], y[2], z[2], p[2]})},
+          {"extras", {{"area_light", {{"width", length(v)}, {"height", length(u)}}}}}};
+}
+
 Json describe(const Scene& scene, uint64_t& binary_bytes) {
   Json document;
   document["asset"] = {{"version", "2.0"}, {"generator", "vcd"}};
@@ -97,6 +107,7 @@ Json describe(const Scene& scene, uint64_t& binary_bytes) {
     document["nodes"].push_back(node);
   }
   describe_camera(document, scene.camera);
+  for (const AreaLight& light : scene.lights) document["nodes"].push_back(light_node(light));
   Json roots = Json::array();
   for (size_t i = 0; i < document["nodes"].size(); ++i) roots.push_back(i);
   document["scenes"].push_back({{"name", scene.name}, {"nodes", roots}});

@@ -10,6 +10,7 @@
 
 #include <vcd/baker/audit.h>
 #include <vcd/baker/demand.h>
+#include <vcd/baker/horizon.h>
 #include <vcd/baker/mesh.h>
 #include <vcd/baker/plan.h>
 #include <vcd/baker/prepare.h>
@@ -22,6 +23,7 @@ namespace vcd::baker {
 // two where no cell is to be classified.
 enum class BakePass : uint8_t {
   hierarchy,   // boxes over the triangles, for what the cells leave unclassified
+  horizons,    // above which slopes nothing stands, for rays that start on the object
   trace,       // the mesh in grid units, Embree's hierarchy over it, and the classifier
   plan,        // picks the depth
   divide,      // chooses the cells to divide, best first; for a demand only
@@ -56,6 +58,9 @@ struct BakeOptions {
   // last; what nobody asks for stays as coarse as the top table. Outlives the bake. Null: everywhere.
   const Demand* demand = nullptr;
   bool hierarchy = true;  // it takes its bytes of the budget first; left out where it would take more than half
+  // For renderers that can name the triangle that a ray starts on: 12 bytes a triangle of the source. Needs the
+  // hierarchy; left out where it would answer less than kLeastHorizonShare (<vcd/baker/horizon.h>).
+  bool horizons = false;
   bool embed_geometry = false;
   uint64_t audit_lines = 0;  // that the audit asks; 0: no audit
 
@@ -98,7 +103,9 @@ class BakedObject {
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so
   bool out_of_time = false;            // some cells were not classified
-  std::string without_hierarchy;       // why there is none though it was asked for, a clause; else empty
+  std::optional<HorizonShare> horizon_share;  // if horizons were asked for and could be built
+  std::string without_horizons;               // why there are none though they were asked for, a clause; else empty
+  std::string without_hierarchy;              // why there is none though it was asked for, a clause; else empty
 
  private:
   std::unique_ptr<Arrays> arrays_;

@@ -9,6 +9,7 @@
 
 #include <vcd/baker/child_process.h>
 #include <vcd/baker/mesh.h>
+#include <vcd/baker/scene_light.h>
 #include <vcd/baker/source.h>
 #include <vcd/format/error.h>
 
@@ -20,6 +21,8 @@ struct IngestOptions {
   bool treat_all_as_opaque = false;
   // Read where the default scene's nodes put the meshes. Off: placements stays empty.
   bool placements = false;
+  // Read the lights of the default scene, and the placements too.
+  bool lights = false;
   // A mesh file may name others (the buffers of .gltf). By default these must lie in the mesh file's folder or below
   // it, links followed, since a file from elsewhere could else have any file of this machine read, and its bytes baked.
   bool files_outside = false;
@@ -49,6 +52,9 @@ struct Ingested {
   // file's scene holds none of them or its nodes cannot be read: then each may as well stand as it is. Formats other
   // than glTF: each as it is. A shift is taken back, so that all stands where it would without.
   std::vector<Placement> placements;
+  // If asked for: the lights of a glTF file's scene, in the order of its nodes and the sky last. None, with a note, if
+  // its nodes or lights cannot be read.
+  std::vector<SceneLight> lights;
   std::vector<SourceFile> sources;  // every file that was read: the mesh file, then those that it names. Hashes are of
                                     // the bytes as they were parsed, whatever the files hold by now
 };

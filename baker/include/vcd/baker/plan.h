@@ -2,8 +2,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include <vcd/baker/horizon.h>
 
 namespace vcd::baker {
 
@@ -18,10 +21,11 @@ struct DepthForecast {
 };
 
 struct Plan {
-  std::vector<DepthForecast> forecasts;  // of depths 1, 2, …
-  uint32_t depth = 0;                    // the one that was picked; 0: a sidecar would not pay
-  std::string reason;                    // for that, a clause
-  double seconds = 0;                    // that the probe took
+  std::vector<DepthForecast> forecasts;     // of depths 1, 2, …
+  uint32_t depth = 0;                       // the one that was picked; 0: a sidecar would not pay
+  std::string reason;                       // for that, a clause
+  double seconds = 0;                       // that the probe took
+  std::optional<HorizonForecast> horizons;  // if they were asked for, of an object that can have them
 };
 
 }  // namespace vcd::baker

@@ -12,7 +12,7 @@
 namespace vcd::baker {
 
 // One object, welded and cleaned. Equal geometry gives equal bytes here, whatever file, order or naming it came in, and
-// so the same sidecar tree.
+// so the same sidecar tree; source_triangles alone tells the order.
 struct PreparedMesh {
   std::string name;
   uint32_t source_index = 0;
@@ -23,6 +23,7 @@ struct PreparedMesh {
   std::array<uint8_t, 16> geometry_hash{};  // spec/vcd-format.md, "Geometry hash"
   std::array<double, 3> shift{};            // of the source, likewise
   LeftOut left_out = {};                    // of the source
+  std::vector<uint32_t> source_triangles;   // the triangle that each one of the source became; kNone: dropped
   uint64_t duplicate_triangles = 0;         // dropped: same three corners as another one
   uint64_t zero_area_triangles = 0;         // dropped: equal or collinear corners
 };

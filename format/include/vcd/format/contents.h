@@ -12,6 +12,7 @@
 #include <vcd/format/bytes.h>
 #include <vcd/format/findings.h>
 #include <vcd/format/hierarchy.h>
+#include <vcd/format/horizon.h>
 #include <vcd/format/layout.h>
 #include <vcd/format/tree.h>
 
@@ -23,6 +24,7 @@ struct ObjectContents {
   TreeView tree{};            // of Method::none: one that is not in the file, and in which every cell is unclassified
   Bytes geometry = {};        // Draco bytes, empty where none are embedded
   HierarchyView hierarchy{};  // none where the file has none of this object
+  HorizonView horizon{};      // likewise
   Bytes clearance = {};       // kClearanceBytes bytes, or empty; tree.clearances points to them
 };
 

@@ -73,6 +73,11 @@ enum class Severity : uint8_t { warning, error };
   X(hierarchy_leaf, "hierarchy-leaf", error, "a leaf has an index, a vertex or a padding that it must not have",      \
     "HIER section")                                                                                                   \
   X(hierarchy_box, "hierarchy-box", error, "a box is not that of what is below it", "HIER section")                   \
+  X(horizon_size, "horizon-size", error,                                                                              \
+    "a horizon section's header contradicts the section or itself, or its object has no hierarchy", "HORZ section")   \
+  X(horizon_slopes, "horizon-slopes", error, "the slopes of a horizon section do not ascend to infinity",             \
+    "HORZ section")                                                                                                   \
+  X(horizon_place, "horizon-place", error, "an entry names no triangle of the object's hierarchy", "HORZ section")    \
   X(provenance, "provenance", error, "the provenance pairs are malformed, unsorted or repeated", "PROV section")
 
 enum class FindingId : uint16_t {

@@ -48,10 +48,11 @@ inline constexpr uint32_t kSectionGeometry = section_type("GEOM");   // optional
 inline constexpr uint32_t kSectionClearance = section_type("CLEA");  // optional, at most one an object: bytes
 
 inline constexpr uint32_t kSectionHierarchy = section_type("HIER");  // optional, at most one an object: hierarchy.h
+inline constexpr uint32_t kSectionHorizon = section_type("HORZ");    // optional, at most one an object: horizon.h
 
 constexpr bool is_known_section(uint32_t type) {
   return type == kSectionObjects || type == kSectionNames || type == kSectionProvenance || type == kSectionTree ||
-         type == kSectionGeometry || type == kSectionClearance || type == kSectionHierarchy;
+         type == kSectionGeometry || type == kSectionClearance || type == kSectionHierarchy || type == kSectionHorizon;
 }
 
 // A CLEA section divides each face of the box into 16 × 16 squares and gives each square a byte, its clearance: nothing
@@ -85,7 +86,7 @@ static_assert(sizeof(SectionEntry) == 64 && offsetof(SectionEntry, object) == 8 
               offsetof(SectionEntry, alignment) == 56 && offsetof(SectionEntry, reserved) == 60);
 
 inline constexpr uint32_t kSmallAlignment = 8;
-inline constexpr uint32_t kUnitAlignment = 64;    // of raw HIER sections, which are mapped and used in place
+inline constexpr uint32_t kUnitAlignment = 64;    // of raw HIER and HORZ sections, which are mapped and used in place
 inline constexpr uint32_t kPageAlignment = 4096;  // of raw TREE sections, which are mapped and used in place
 
 // What zstd sections may claim, so that a small file cannot ask for a large allocation: each by itself, and all of a

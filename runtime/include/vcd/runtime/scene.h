@@ -62,8 +62,11 @@ struct SceneQuery {
   // The instance that each segment begins on, or kNoInstance; empty if unknown. A bundle has one. It is left to the
   // caller without a look-up, and before all others are looked up: from inside a box a look-up seldom answers.
   std::span<const uint32_t> origins = {};
+  // The triangle of that instance's object that each segment begins on, as Object::classify_self() takes it, or
+  // kNoPrimitive; empty if unknown. Where the object has horizons that prove it clear, the caller is not asked about it.
+  std::span<const uint32_t> primitives = {};
 };
-inline constexpr uint32_t kNoInstance = 0xFFFFFFFF;
+inline constexpr uint32_t kNoInstance = 0xFFFFFFFF, kNoPrimitive = 0xFFFFFFFF;
 
 // Segments of an array or a bundle that could meet one instance: for the caller's own hierarchy over its object.
 struct UnclassifiedSegments {
@@ -134,7 +137,8 @@ class Scene {
   requires std::is_invocable_v<Fallback, uint32_t>
   bool occluded(const Segment& segment, Fallback&& fallback, const SceneQuery& query = {}) const {
     const uint32_t self = query.origins.empty() ? kNoInstance : query.origins[0];
-    if (self != kNoInstance && (mask(self) & query.mask) != 0 && fallback(self)) return true;
+    if (self != kNoInstance && (mask(self) & query.mask) != 0 && !clear_of_self(segment, query) && fallback(self))
+      return true;
     std::array<UnclassifiedPair, kMostListed> list;
     Visibility answer;
     const auto [count, complete] = classify(std::span(&segment, 1), std::span(&answer, 1), list, query);
@@ -187,6 +191,7 @@ class Scene {
   static constexpr size_t kMostListed = 64;
   explicit Scene(std::unique_ptr<State> state);
   uint32_t mask(uint32_t instance) const noexcept;
+  bool clear_of_self(const Segment& segment, const SceneQuery& query) const noexcept;  // of its first origin
   std::unique_ptr<State> state_;
 };
 

@@ -79,6 +79,31 @@ class Object {
   // file's budget has no room for it, or the coordinates are out of its range: ask before occluded() above.
   bool has_hierarchy() const noexcept;
 
+  // Segments that begin on the object itself, on a triangle that the renderer can name: the file's horizons prove most
+  // of those clear that leave a compact object (spec/conventions.md, 25 to 30). The answer is clear or unclassified.
+  // Whatever is given, it is never wrong: what does not begin above the triangle is unclassified, and so is everything
+  // where there are no horizons.
+  //
+  // primitive  the triangle's number in the source mesh, as ingest() gives it; for arrays as many as segments
+  // (asserted)
+  Visibility classify_self(const Segment& segment, uint32_t primitive) const noexcept;
+  void classify_self(std::span<const Segment> segments, std::span<const uint32_t> primitives,
+                     std::span<Visibility> answers) const noexcept;
+  // Bit i % 64 of word i / 64 says that sample i is unclassified; the others are clear.
+  void classify_self(const QuadBundle& bundle, uint32_t primitive, std::span<uint64_t> unclassified) const noexcept;
+  void classify_self(const SphereBundle& bundle, uint32_t primitive, std::span<uint64_t> unclassified) const noexcept;
+  void classify_self(const PointBundle& bundle, uint32_t primitive, std::span<uint64_t> unclassified) const noexcept;
+  // The same, and what horizons leave unclassified the hierarchy decides. Needs has_hierarchy().
+  bool occluded_self(const Segment& segment, uint32_t primitive) const noexcept;
+  void occluded_self(std::span<const Segment> segments, std::span<const uint32_t> primitives,
+                     std::span<uint64_t> blocked) const noexcept;
+  void occluded_self(const QuadBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept;
+  void occluded_self(const SphereBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept;
+  void occluded_self(const PointBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept;
+  // Whether the file holds horizons: the baker stores them if it is told to and they answer enough. Without them there
+  // is no need to ask.
+  bool has_horizons() const noexcept;
+
   std::string_view name() const noexcept;  // UTF-8; empty where the source had none
   // False: every segment is unclassified (the baker found that look-ups would not pay, or OpenOptions refuse what it
   // has), so there is no need to ask.

@@ -166,6 +166,24 @@ void vcd_occluded_quad(const vcd_object* object, const vcd_quad_bundle* bundle, 
 void vcd_occluded_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, vcd_from from, uint64_t* blocked);
 void vcd_occluded_point(const vcd_object* object, const vcd_point_bundle* bundle, vcd_from from, uint64_t* blocked);
 
+/* Segments that begin on the object itself, on the triangle of that number in its source: see Object::classify_self()
+ * in <vcd/runtime/sidecar.h>. VCD_CLEAR, or VCD_UNCLASSIFIED; never wrong, whatever is given. */
+int vcd_object_has_horizons(const vcd_object* object);
+vcd_visibility vcd_classify_self(const vcd_object* object, const vcd_segment* segment, uint32_t primitive);
+void vcd_classify_self_array(const vcd_object* object, const vcd_segment* segments, const uint32_t* primitives,
+                             size_t count, uint8_t* answers);
+
+/* 1: the object blocks the segment. What horizons leave unclassified the hierarchy decides, and there must be one. */
+int vcd_occluded_self(const vcd_object* object, const vcd_segment* segment, uint32_t primitive);
+void vcd_occluded_self_array(const vcd_object* object, const vcd_segment* segments, const uint32_t* primitives,
+                             size_t count, uint64_t* blocked);
+void vcd_occluded_self_quad(const vcd_object* object, const vcd_quad_bundle* bundle, uint32_t primitive,
+                            uint64_t* blocked);
+void vcd_occluded_self_sphere(const vcd_object* object, const vcd_sphere_bundle* bundle, uint32_t primitive,
+                              uint64_t* blocked);
+void vcd_occluded_self_point(const vcd_object* object, const vcd_point_bundle* bundle, uint32_t primitive,
+                             uint64_t* blocked);
+
 /* Scenes of instances: see <vcd/runtime/scene.h>, also for what is promised. Queries of one scene may run on any number
  * of threads at once, vcd_scene_set_transforms not beside them. */
 typedef struct vcd_scene vcd_scene;
@@ -217,6 +235,8 @@ typedef struct vcd_scene_query {
   uint32_t size;
   uint32_t mask;           /* instances whose mask shares a bit with it; 0: all instances */
   const uint32_t* origins; /* the instance that each segment begins on, or VCD_NO_INSTANCE; of a bundle one; or NULL */
+  const uint32_t* primitives; /* the triangle of that instance's object, as in vcd_classify_self; of a bundle one; or
+                                 NULL */
 } vcd_scene_query;
 
 /* The look-ups alone, of one segment in the world's frame. mask: as in vcd_scene_query, 0 for all instances. origin:
@@ -228,6 +248,10 @@ int vcd_scene_has_hierarchies(const vcd_scene* scene);
 
 /* 1: the segment is blocked, by look-ups or by hierarchies. mask and origin: as in vcd_scene_classify. */
 int vcd_scene_occluded_one(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin);
+
+/* The same of a segment that begins on a triangle of the instance `origin`, as in vcd_classify_self. */
+int vcd_scene_occluded_self(const vcd_scene* scene, const vcd_segment* segment, uint32_t mask, uint32_t origin,
+                            uint32_t primitive);
 
 /* Bit i % 64 of blocked[i / 64] becomes 1 where segment i is blocked, else 0: room for (count + 63) / 64 words. trace
  * is asked for what look-ups leave unclassified; NULL: the objects' own hierarchies are, and

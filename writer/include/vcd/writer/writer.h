@@ -19,6 +19,7 @@ struct ObjectToWrite {
   Bytes geometry;           // Draco bytes or empty
   Bytes hierarchy = {};     // the HIER section, or empty: its triangles are those of the record
   Bytes clearance = {};     // must be kClearanceBytes bytes or empty
+  Bytes horizon = {};       // the HORZ section of the object with that hierarchy, or empty
 };
 struct OptionalSection {  // one of a type this version does not know, carried along
   SectionEntry entry{};   // type, flags, object and alignment are kept

@@ -31,10 +31,13 @@ struct BakeSettings {
   double budget_mb = 0;       // MiB; 0: none
   double budget_seconds = 0;  // 0: none
   DemandFile demand = {};
+  bool for_lights = false;  // for a demand of the scene file's lights
+  uint32_t for_above = 0;   // for a demand of the sky; 1 to 3: the axis x, y or z points up
   uint64_t seed = 0;
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
   bool no_hierarchy = false;
+  bool horizons = false;
   bool embed_geometry = false;
   bool all_as_opaque = false;
   std::array<double, 3> shift = {};  // subtracted from all coordinates
@@ -44,6 +47,7 @@ struct BakeSettings {
   bool operator==(const BakeSettings&) const = default;
 
   // Threads, progress and stop are the caller's, and so is the demand: read_demand() of its file.
+  bool for_a_demand() const { return for_lights || for_above > 0 || !demand.path.empty(); }
   baker::BakeOptions bake_options() const;
   baker::IngestOptions ingest_options() const;
 };

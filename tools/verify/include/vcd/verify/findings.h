@@ -22,6 +22,7 @@ namespace vcd::verify {
   X(hierarchy_triangles, "hierarchy-triangles", error,                                                                 \
     "an object's hierarchy does not hold the triangles of its mesh, each once", "HIER section")                        \
   X(wrong_proven_answer, "wrong-proven-answer", error, "an answer that is given as proven is wrong", "conventions.md") \
+  X(wrong_horizon, "wrong-horizon", error, "an answer of an object's horizons is wrong", "HORZ section")                \
   X(wrong_answer_rate, "wrong-answer-rate", error, "more answers are wrong than the method is allowed",                \
     "conventions.md")                                                                                                  \
   X(wrong_answer, "wrong-answer", error, "the answer for the segment that was asked for is wrong", "conventions.md")   \
