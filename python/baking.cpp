@@ -89,8 +89,8 @@ Method method_named(const std::string& name) {
 }
 
 const char* name_of(baker::BakePass pass) {
-  constexpr const char* kNames[] = {"hierarchy", "trace",  "plan",       "divide",
-                                    "classify",  "demote", "clearances", "audit"};
+  constexpr const char* kNames[] = {"hierarchy", "horizons", "trace",      "plan", "divide",
+                                    "classify",  "demote",   "clearances", "audit"};
   return kNames[static_cast<size_t>(pass)];
 }
 

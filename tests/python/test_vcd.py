@@ -126,7 +126,7 @@ class Baking(Case):
         self.assertTrue(told)
         self.assertEqual({thread for _, _, thread in told}, {threading.get_ident()})
         for done, share, _ in told:
-            self.assertIn(done, ("hierarchy", "trace", "plan", "divide", "classify", "demote", "clearances", "audit"))
+            self.assertIn(done, ("hierarchy", "horizons", "trace", "plan", "divide", "classify", "demote", "clearances", "audit"))
             self.assertTrue(0 <= share <= 1)
 
     def test_what_progress_raises_ends_the_bake(self):
