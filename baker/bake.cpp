@@ -19,6 +19,7 @@
 #include "classify/make_classifier.h"
 #include "demand/divide_for.h"
 #include "demand/kept_out.h"
+#include "demand/known_cells.h"
 #include "hierarchy/look_up_worth.h"
 #include "object/baked_object.h"
 #include "octree/demote.h"
@@ -173,6 +174,7 @@ std::optional<Plan> plan_if_asked(const GridMesh& grid, const Tracer& tracer, co
 struct ClassifiedCells {
   Octree octree;
   bool out_of_time;
+  uint64_t classified = 0;  // for a demand: cells that were not known
 };
 
 Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifier& classifier, uint32_t depth,
@@ -185,13 +187,13 @@ Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifie
   };
   auto octree = build_octree({classifier, depth, deadline.end(), options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place_of(grid.source) + ": stopped"};
-  return ClassifiedCells{std::move(*octree), deadline.over()};
+  return ClassifiedCells{std::move(*octree), deadline.over(), 0};
 }
 
 // The same for what a demand asks: first the cells that are worth it are divided and all classified, then the octree
 // takes them as they are.
 Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, const GridMesh& grid, const Tracer& tracer,
-                                       const CellClassifier& classifier, const std::vector<uint8_t>& clearances,
+                                       const KnownCells& classifier, const std::vector<uint8_t>& clearances,
                                        uint32_t depth, const BakeOptions& options, const Deadline& deadline) {
   begin(BakePass::divide, options);
   auto divided = divide_for(asked, grid, tracer, classifier, clearances.data(), depth,
@@ -201,6 +203,7 @@ Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, cons
   auto classified = classify_cells(grid, cells, divided->depth, options, Deadline(0));
   if (!classified) return classified;
   classified->octree.rays += divided->rays;
+  classified->classified = divided->classified;
   classified->out_of_time = divided->out_of_time || deadline.over();
   return classified;
 }
@@ -344,9 +347,9 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   const auto start = Clock::now();
   std::vector<uint8_t> clearances;
   if (options.demand) begin(BakePass::clearances, options), clearances = clearances_of(grid);
-  auto classified = options.demand
-                        ? classify_asked(asked, grid, *tracer, *classifier.cells, clearances, depth, options, deadline)
-                        : classify_cells(grid, *classifier.cells, depth, options, deadline);
+  const KnownCells cells(*classifier.cells, usable_cells(options.known, options, classifier.samples));
+  auto classified = options.demand ? classify_asked(asked, grid, *tracer, cells, clearances, depth, options, deadline)
+                                   : classify_cells(grid, *classifier.cells, depth, options, deadline);
   if (!classified) return classified.error();
   depth = classified->octree.tree.depth;
   const uint64_t bytes = tree_bytes(classified->octree.tree.view());
@@ -362,6 +365,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
                     kept_out_segments(mesh, asked));
   object.plan = std::move(plan);
   object.rays = classified->octree.rays;
+  object.cells_classified = classified->classified;
   object.seconds = since(start);
   object.bytes_before_demotion = bytes;
   object.cells_demoted = demoted.cells_lost;

@@ -4,7 +4,8 @@
 #   tools/install_dependencies.sh build          to build the libraries and programs, and to use them
 #   tools/install_dependencies.sh test           to test them as well
 #   tools/install_dependencies.sh lab            to build and use tools/lab, and to test it
-#   tools/install_dependencies.sh test lab       all of it
+#   tools/install_dependencies.sh python         to build and use the Python module, and to test it
+#   tools/install_dependencies.sh test lab python    all of it
 set -euo pipefail
 
 build=(
@@ -18,6 +19,9 @@ test=(
 lab=(
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
 )
+python=(
+  python3-dev pybind11-dev python3-numpy
+)
 
 packages=("${build[@]}")
 for list in "${@:-?}"; do
@@ -25,7 +29,8 @@ for list in "${@:-?}"; do
     build) ;;
     test) packages+=("${test[@]}") ;;
     lab) packages+=("${lab[@]}") ;;
-    *) echo "usage: tools/install_dependencies.sh build|test|lab ..." >&2; exit 1 ;;
+    python) packages+=("${python[@]}") ;;
+    *) echo "usage: tools/install_dependencies.sh build|test|lab|python ..." >&2; exit 1 ;;
   esac
 done
 

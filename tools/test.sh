@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-tools/install_dependencies.sh test lab
+tools/install_dependencies.sh test lab python
 for preset in release asan; do
   echo "== $preset: build" >&2
   cmake --preset $preset >/dev/null

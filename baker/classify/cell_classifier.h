@@ -31,7 +31,8 @@ class CandidatePath {
 
 // What one thread needs from cell to cell of one mesh, and what it has done.
 struct Workspace {
-  uint64_t rays = 0;  // traced
+  uint64_t rays = 0;   // traced
+  uint64_t cells = 0;  // classified for a demand, and not known before
   CandidatePath path;
   Surface::Flood flood;
   std::vector<Crossing> crossings;

@@ -27,6 +27,14 @@ inline uint64_t line_key(const LineCell& line) {
 // Which of its parent's children a line's cell of `level` is.
 inline uint32_t child_of(uint64_t key, uint32_t level) { return key >> 4 * (kKeyLevels - level) & 15; }
 
+// The upper part of the keys of all lines through a cell.
+inline uint64_t cell_in_keys(const Cell& c) {
+  uint64_t key = c.pair;
+  for (uint32_t bit = c.level; bit-- > 0;)
+    key = key << 4 | (c.s >> bit & 1) << 3 | (c.t >> bit & 1) << 2 | (c.u >> bit & 1) << 1 | (c.v >> bit & 1);
+  return key;
+}
+
 struct AskedLine {
   uint64_t key;
   double weight;

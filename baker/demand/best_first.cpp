@@ -26,7 +26,7 @@ constexpr double kLeastWeight = 0x1p-26;
 
 class Divider {
  public:
-  Divider(const CellClassifier& classifier, const std::vector<AskedLine>& lines, const BestFirstOptions& options)
+  Divider(const KnownCells& classifier, const std::vector<AskedLine>& lines, const BestFirstOptions& options)
       : classifier_(classifier), lines_(lines), options_(options), result_{options.depth, DividedCells(options.depth)} {
     bytes_ = bytes_of(result_.cells);
     double weight = 0;
@@ -42,6 +42,7 @@ class Divider {
     for (const Asked& cell :
          undecided_cells(classifier_, lines_, result_.cells.top_level(), workspaces_, [&] { return over(); }))
       queues_[0].push(cell);
+    queue_known();
     for (;;) {
       const std::vector<Job> jobs = next_jobs();
       if (jobs.empty()) break;
@@ -96,6 +97,17 @@ class Divider {
   }
 
   const std::vector<Step>& steps() const { return result_.cells.steps(); }
+  // What is worth its bytes just so: it comes after all that is asked.
+  double least_weight(size_t step) const { return least_weight_a_byte_ * steps()[step].block_bytes; }
+  // Cells of the top table that nobody asks for and the known tree divides.
+  void queue_known() {
+    std::unordered_set<uint64_t> asked;
+    for (const AskedLine& line : lines_) asked.insert(line.key >> (4 * (kKeyLevels - result_.cells.top_level())));
+    result_.cells.for_top([&](const Cell& cell) {
+      if (classifier_.divides(cell) && !asked.contains(cell_in_keys(cell)))
+        queues_[0].push({cell, 0, 0, least_weight(0)});
+    });
+  }
   static BrickWords pattern(uint32_t value) {
     BrickWords words;
     words.fill(value * 0x55555555u);
@@ -106,7 +118,10 @@ class Divider {
     return std::min(1.0, static_cast<double>(bytes_) / static_cast<double>(options_.budget_bytes));
   }
   void count_rays() {
-    for (Workspace& workspace : workspaces_) result_.rays += std::exchange(workspace.rays, 0);
+    for (Workspace& workspace : workspaces_) {
+      result_.rays += std::exchange(workspace.rays, 0);
+      result_.classified += std::exchange(workspace.cells, 0);
+    }
   }
 
   // What a block of the step takes of the budgets.
@@ -122,7 +137,7 @@ class Divider {
     std::optional<size_t> best;
     double most = 0;
     for (size_t s = 0; s < steps().size(); ++s) {
-      if (queues_[s].empty() || queues_[s].top().weight < least_weight_a_byte_ * steps()[s].block_bytes) continue;
+      if (queues_[s].empty() || queues_[s].top().weight < least_weight(s)) continue;
       const double worth = queues_[s].top().weight / cost(s);
       if (worth > most) best = s, most = worth;
     }
@@ -254,10 +269,13 @@ class Divider {
       cell.weight *= 1 - unseen;
       queues_[job.step + 1].push(cell);
     }
-    if (of_each_other <= 0) return;
-    for (uint32_t i = 0; i < classes.size(); ++i)
-      if (classes[i] == kDeeper)
-        queues_[job.step + 1].push({steps()[job.step].cell(job.asked.cell, i), 0, 0, of_each_other});
+    for (uint32_t i = 0; i < classes.size(); ++i) {
+      if (classes[i] != kDeeper) continue;
+      const Cell cell = steps()[job.step].cell(job.asked.cell, i);
+      const double least = classifier_.divides(cell) ? least_weight(job.step + 1) : 0;
+      if (const double of_it = std::max(of_each_other, least); of_it > 0)
+        queues_[job.step + 1].push({cell, 0, 0, of_it});
+    }
   }
 
   uint64_t new_brick_bytes(const std::vector<uint8_t>& classes) {
@@ -268,7 +286,7 @@ class Divider {
     return (bricks_.count() - before) * kBrickBytes;
   }
 
-  const CellClassifier& classifier_;
+  const KnownCells& classifier_;
   const std::vector<AskedLine>& lines_;
   const BestFirstOptions& options_;
   const Clock::time_point start_ = Clock::now();
@@ -284,7 +302,7 @@ class Divider {
 
 }  // namespace
 
-std::optional<BestFirst> divide_best_first(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
+std::optional<BestFirst> divide_best_first(const KnownCells& classifier, const std::vector<AskedLine>& lines,
                                            const BestFirstOptions& options) {
   BestFirstOptions chosen = options;
   const auto over = [&] { return options.deadline != Clock::time_point::max() && Clock::now() > options.deadline; };

@@ -10,6 +10,7 @@
 #include "classify/cell_classifier.h"
 #include "demand/asked_lines.h"
 #include "demand/divided_cells.h"
+#include "demand/known_cells.h"
 
 namespace vcd::baker {
 
@@ -24,7 +25,7 @@ struct BestFirstOptions {
 struct BestFirst {
   uint32_t depth;
   DividedCells cells;
-  uint64_t rays = 0;
+  uint64_t rays = 0, classified = 0;  // classified: cells that were not known
   bool out_of_time = false;
 };
 
@@ -34,9 +35,11 @@ struct BestFirst {
 // and of the time, by the mean of such blocks so far. All cells of a block are classified, asked or not: their bytes
 // are paid. Some of the weight goes to cells without a line, which the next picture may ask.
 //
+// What the known tree divides and nobody asks for is divided last.
+//
 // The tree of the divided cells takes at most budget_bytes. Without a deadline, the same lines and options give the
 // same cells for any number of threads. Runs on the threads of the caller's arena. Nothing if stop stopped it.
-std::optional<BestFirst> divide_best_first(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
+std::optional<BestFirst> divide_best_first(const KnownCells& classifier, const std::vector<AskedLine>& lines,
                                            const BestFirstOptions& options);
 
 }  // namespace vcd::baker

@@ -17,7 +17,7 @@ Result<std::span<const AskedSegment>> asked_of(const PreparedMesh& mesh, const D
 
 // Divides cells for the segments that are not kept out. options.budget_bytes is the tree's. Error (runtime): stopped.
 Result<BestFirst> divide_for(std::span<const AskedSegment> asked, const GridMesh& grid, const Tracer& tracer,
-                             const CellClassifier& classifier, const uint8_t* clearances, uint32_t depth,
+                             const KnownCells& classifier, const uint8_t* clearances, uint32_t depth,
                              uint64_t budget_bytes, std::chrono::steady_clock::time_point deadline,
                              const BakeOptions& options);
 

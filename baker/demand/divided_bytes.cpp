@@ -15,12 +15,7 @@ namespace {
 class Blocks {
  public:
   explicit Blocks(const DividedCells& divided) : divided_(divided), of_step_(divided.steps().size()) {
-    const uint32_t bits = divided.top_level(), side = 1u << bits;
-    for (uint32_t pair = 0; pair < kFacePairs; ++pair)
-      for (uint32_t s = 0; s < side; ++s)
-        for (uint32_t t = 0; t < side; ++t)
-          for (uint32_t u = 0; u < side; ++u)
-            for (uint32_t v = 0; v < side; ++v) add({pair, bits, s, t, u, v}, 0);
+    divided.for_top([&](const Cell& cell) { add(cell, 0); });
   }
 
   uint64_t bytes() const {

@@ -73,6 +73,13 @@ class DividedCells {
 
   // The classes that the cells of the top table have where they are not divided, in the table's order.
   std::vector<uint8_t> top;
+  // each(cell), in that order.
+  template <class Each>
+  void for_top(const Each& each) const {
+    const uint32_t bits = top_level(), mask = (1u << bits) - 1;
+    for (uint32_t i = 0; i < kFacePairs << (4 * bits); ++i)
+      each(Cell{i >> (4 * bits), bits, i >> (3 * bits) & mask, i >> (2 * bits) & mask, i >> bits & mask, i & mask});
+  }
   uint8_t class_on_top(const Cell& c) const {
     const uint32_t bits = top_level();
     return top[c.pair << (4 * bits) | row_major(c.s, c.t, c.u, c.v, 0, bits)];

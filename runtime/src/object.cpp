@@ -167,7 +167,7 @@ void Object::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, F
 }
 // There is no light whose lines could be looked up together.
 void Object::occluded(const PointBundle& bundle, std::span<uint64_t> blocked, From) const noexcept {
-  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size() && has_words_for(bundle.size(), blocked));
+  assert(fits(bundle, blocked));
   occluded_bundle(*data_, bundle, blocked.data(), false, [](const PointBundle&, auto, auto) {});
 }
 bool Object::has_hierarchy() const noexcept { return static_cast<bool>(data_->traced.view); }
@@ -237,8 +237,7 @@ void Object::classify_self(const SphereBundle& bundle, uint32_t primitive,
 }
 void Object::classify_self(const PointBundle& bundle, uint32_t primitive,
                            std::span<uint64_t> unclassified) const noexcept {
-  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size());
-  assert(has_words_for(bundle.size(), unclassified));
+  assert(fits(bundle, unclassified));
   classify_self_bundle(*data_, bundle, primitive, unclassified.data());
 }
 void Object::occluded_self(const QuadBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept {
@@ -250,7 +249,7 @@ void Object::occluded_self(const SphereBundle& bundle, uint32_t primitive, std::
   occluded_self_bundle(*data_, bundle, primitive, blocked.data());
 }
 void Object::occluded_self(const PointBundle& bundle, uint32_t primitive, std::span<uint64_t> blocked) const noexcept {
-  assert(bundle.y.size() == bundle.size() && bundle.z.size() == bundle.size() && has_words_for(bundle.size(), blocked));
+  assert(fits(bundle, blocked));
   occluded_self_bundle(*data_, bundle, primitive, blocked.data());
 }
 

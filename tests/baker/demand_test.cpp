@@ -280,6 +280,61 @@ TEST(BakeForDemand, WhatCannotBeBakedForSaysSo) {
   EXPECT_NE(fault(small).find("more than the budget"), std::string::npos);
 }
 
+// A bake for more than an earlier one was for: it classifies less, and says the same of what was known.
+TEST(BakeForDemand, WhatIsKnownIsNotClassifiedAgain) {
+  const PreparedMesh mesh = foliage();
+  const Demand first = demand_of(mesh, 4000, 1), second = demand_of(mesh, 4000, 2);
+  const std::array<Demand, 2> demands = {first, second};
+  const Demand both = merge(demands);
+  for (const Method method : {Method::proven, Method::hybrid})
+    for (const uint32_t depth : {4u, 6u, 8u}) {
+      BakeOptions options = options_for(first, method, depth);
+      options.budget_bytes = 320'000;
+      const BakedObject before = must_bake_for(mesh, options);
+      options.demand = &both, options.budget_bytes = 360'000;
+      const BakedObject anew = must_bake_for(mesh, options);
+      options.known = {before.record, before.tree()};
+      const BakedObject more = must_bake_for(mesh, options);
+      EXPECT_GT(before.cells_classified, 0u);
+      EXPECT_LT(more.cells_classified, anew.cells_classified - before.cells_classified / 4) << depth;
+      EXPECT_GE(more.demand->share(), anew.demand->share() - 0.01);
+      EXPECT_LE(sidecar_bytes({&more}).size(), options.budget_bytes);
+      const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+      for (const AskedSegment& s : first.begin()->second) {
+        const LineCell line = locate(frame, s.segment);
+        if (place_of(line, 0, 1) != Place::pierces) continue;
+        const CellClass old = class_at(before, line), now = class_at(more, line);
+        if (now != CellClass::unclassified && (old == CellClass::clear || old == CellClass::blocked)) {
+          ASSERT_EQ(old, now);
+        }
+      }
+      // Nothing new is asked: nothing but the bytes could change.
+      options.known = {more.record, more.tree()};
+      const BakedObject again = must_bake_for(mesh, options);
+      EXPECT_LT(again.cells_classified, more.cells_classified);
+      // Only part of it is asked: the rest stays.
+      options.demand = &second;
+      const BakedObject part = must_bake_for(mesh, options);
+      EXPECT_GE(judge_demand(mesh, part.record, part.tree(), first.begin()->second)->share(),
+                0.95 * before.demand->share());
+    }
+}
+
+TEST(BakeForDemand, CellsOfOtherStatisticsAreNotKnown) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh, 500);
+  for (const Method method : {Method::hybrid, Method::sampled}) {
+    BakeOptions options = options_for(demand, method, 4);
+    options.samples = 256;
+    const BakedObject before = must_bake_for(mesh, options);
+    options.known = {before.record, before.tree()};
+    options.samples = 81;
+    const BakedObject other = must_bake_for(mesh, options);
+    options.known.reset();
+    EXPECT_EQ(other.cells_classified, must_bake_for(mesh, options).cells_classified);
+  }
+}
+
 TEST(BakeForDemand, StopsWhenAsked) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh);

@@ -145,6 +145,19 @@ class BakesForADemand(Case):
         self.bake("-q", "--depfile", self.folder / "soup.d")
         self.assertIn("renamed.demand", (self.folder / "soup.d").read_text())
 
+    def test_update_classifies_nothing_again_that_is_known(self):
+        classified = lambda *options: json.loads(self.bake("--depth", 6, "--format", "json", *options).stdout)["files"][0]["objects"][0]["cells_classified"]
+        before = classified()
+        other = self.folder / "other.demand"
+        other.write_bytes(demand_bytes({self.hash: shadow_rays(2)}))
+        self.run_program("vc-info", self.demand, other, "--merge", self.folder / "both.demand", "-q")
+        self.demand = self.folder / "both.demand"
+        more = classified("--update")
+        pathlib.Path(f"{self.soup}.vcd").unlink()
+        anew = classified()
+        self.assertLess(more, 0.8 * anew)
+        self.assertGreater(before, 0)
+
     def test_of_a_library_fail_where_nothing_is_asked(self):
         document = self.folder / "two.manifest.json"
         other = self.mesh("other.obj", soup(50, seed=4))

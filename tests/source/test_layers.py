@@ -28,6 +28,7 @@ LAYERS = {
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
     "tools/lab/bench": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/library", "tools/lab/scenes", "tools/lab/render"},
                         {"CLI", "embree3", "nlohmann"}),
+    "python": ({"format", "writer", "runtime", "baker", "tools/library", "tools/verify"}, {"pybind11"}),
     # Programs and what else a program alone needs: everything below them, but nothing of the lab.
     "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify", "tools/bake"},
               {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),

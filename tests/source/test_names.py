@@ -7,7 +7,7 @@ import tempfile
 import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("format", "writer", "runtime", "baker", "tools")
+FOLDERS = ("format", "writer", "runtime", "baker", "tools", "python")
 OPEN = re.compile(r"^namespace(?: ([A-Za-z_:]+))? \{$")
 CLOSE = re.compile(r"^\}  // namespace")
 # At the beginning of a line: one inside another type is a name of that type's own.

@@ -91,6 +91,7 @@ std::string asset_report(const Asset& asset, uint64_t bytes, const std::vector<s
       entry["cells_demoted"] = object.baked.cells_demoted;
       entry["out_of_time"] = object.baked.out_of_time;
       entry["rays"] = object.baked.rays;
+      if (object.demand) entry["cells_classified"] = object.baked.cells_classified;
       entry["seconds"] = object.baked.seconds;
     }
     json["objects"].push_back(std::move(entry));

@@ -149,6 +149,9 @@ class AssetBake {
     BakeOptions options = asset_.settings.bake_options();
     if (!asked.empty()) options.demand = &*demand_;
     else if (demand_) options.method = Method::none;
+    std::optional<CachedObject> older;  // whose cells need not be classified again
+    if (context_.reuse && options.demand) older = find_older_in_sidecar(asset_.output, mesh);
+    if (older) options.known = {older->to_write().record, older->tree()};
     options.threads = context_.threads;
     options.progress = context_.on_progress;
     options.on_pass = [&](BakePass pass) {

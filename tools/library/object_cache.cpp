@@ -106,4 +106,8 @@ std::optional<CachedObject> find_in_sidecar(const fs::path& sidecar, const Prepa
   return find_object(sidecar, {{"baker", baker_text()}, {"settings", settings_text(settings, Scope::asset)}}, mesh);
 }
 
+std::optional<CachedObject> find_older_in_sidecar(const fs::path& sidecar, const PreparedMesh& mesh) {
+  return find_object(sidecar, {{"baker", baker_text()}}, mesh);
+}
+
 }  // namespace vcd::library

@@ -35,6 +35,9 @@ inline bool fits(const QuadBundle& b, std::span<const uint64_t> bits) {
 inline bool fits(const SphereBundle& b, std::span<const uint64_t> bits) {
   return b.x.size() == b.y.size() && b.x.size() == b.z.size() && has_words_for(b.size(), bits);
 }
+inline bool fits(const PointBundle& b, std::span<const uint64_t> bits) {
+  return b.x.size() == b.y.size() && b.x.size() == b.z.size() && has_words_for(b.size(), bits);
+}
 
 BeamFrame beam_frame(const QuadBundle& bundle);
 BeamFrame beam_frame(const SphereBundle& bundle);  // not usable from in or close to the sphere

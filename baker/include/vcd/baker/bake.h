@@ -39,6 +39,12 @@ struct BakeProgress {
   double seconds;   // since that pass began
 };
 
+// The cells of an earlier bake, in its sidecar.
+struct KnownTree {
+  ObjectRecord record;
+  TreeView tree;
+};
+
 struct BakeOptions {
   Method method = Method::hybrid;  // none: no cell is classified, and the file says that a sidecar would not pay
   // 1 … 8; 0: plan() picks it, and whether to bake at all. For a demand the deepest level, 2 … 8; 0: by what is
@@ -57,6 +63,10 @@ struct BakeOptions {
   // Looks where the segments of this mesh go (all but those that are kept out), best first, as long as the budgets
   // last; what nobody asks for stays as coarse as the top table. Outlives the bake. Null: everywhere.
   const Demand* demand = nullptr;
+  // For a demand: cells of the same geometry that need not be classified again, from the same baker. They are used if
+  // method, samples and seed were the same, for proofs and hybrid bakes; sampled ones are baked anew. What they divide
+  // stays divided as far as the bytes last, after all that the demand asks.
+  std::optional<KnownTree> known = {};
   bool hierarchy = true;  // it takes its bytes of the budget first; left out where it would take more than half
   // For renderers that can name the triangle that a ray starts on: 12 bytes a triangle of the source. Needs the
   // hierarchy; left out where it would answer less than kLeastHorizonShare (<vcd/baker/horizon.h>).
@@ -99,6 +109,7 @@ class BakedObject {
   std::optional<DemandReport> demand;  // if it was baked for one; no proof was wrong
   std::optional<AuditReport> audit;    // if one was asked for and the object answers anything; no proof was wrong
   uint64_t rays = 0;                   // traced to classify cells
+  uint64_t cells_classified = 0;       // for a demand: those that were not known
   double seconds = 0;                  // of the passes classify, demote and clearances
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so

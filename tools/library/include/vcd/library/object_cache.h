@@ -55,4 +55,8 @@ class ObjectCache {
 std::optional<CachedObject> find_in_sidecar(const std::filesystem::path& sidecar, const baker::PreparedMesh& mesh,
                                             const BakeSettings& settings);
 
+// The same, whatever the settings.
+std::optional<CachedObject> find_older_in_sidecar(const std::filesystem::path& sidecar,
+                                                  const baker::PreparedMesh& mesh);
+
 }  // namespace vcd::library

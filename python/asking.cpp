@@ -1,0 +1,424 @@
+// Sidecars, objects, bundles and scenes: <vcd/runtime/sidecar.h> and <vcd/runtime/scene.h> for arrays.
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <vcd/format/contents.h>
+#include <vcd/runtime/scene.h>
+#include <vcd/runtime/sidecar.h>
+
+#include "arrays.h"
+#include "module.h"
+#include "records.h"
+
+namespace vcd::python {
+namespace {
+
+struct OpenFile {
+  Sidecar sidecar;
+  py::object buffer;  // that it was opened from, if it was
+};
+using File = std::shared_ptr<OpenFile>;
+
+// What asks needs its file alive: every object keeps it.
+struct FileObject {
+  File file;
+  Object object;
+};
+
+struct OpenScene {
+  Scene scene;
+  std::vector<FileObject> objects;
+};
+
+template <class Enum>
+struct Named {
+  const char* name;
+  Enum value;
+};
+
+template <class Enum, size_t kCount>
+Enum value_named(const Named<Enum> (&all)[kCount], const std::string& name, const char* what) {
+  std::string known;
+  for (const Named<Enum>& one : all) {
+    if (name == one.name) return one.value;
+    known += (known.empty() ? "\"" : ", \"") + std::string(one.name) + "\"";
+  }
+  throw py::value_error(std::string(what) + ": one of " + known + "; got \"" + name + "\"");
+}
+
+From from_named(const std::string& name) {
+  constexpr Named<From> kAll[] = {{"outside", From::outside}, {"inside", From::inside}, {"self", From::self}};
+  return value_named(kAll, name, "start");
+}
+
+OpenOptions options_of(bool proven_only, bool copy, const std::string& check, const std::string& look_up,
+                       const std::string& kernel) {
+  constexpr Named<CheckLevel> kChecks[] = {
+      {"checksums", CheckLevel::checksums}, {"bounds", CheckLevel::bounds}, {"canonical", CheckLevel::canonical}};
+  constexpr Named<LookUpFirst> kLookUps[] = {
+      {"as_baked", LookUpFirst::as_baked}, {"always", LookUpFirst::always}, {"never", LookUpFirst::never}};
+  OpenOptions options;
+  options.load = copy ? Load::copy : Load::map;
+  options.check = value_named(kChecks, check, "check");
+  options.proven_only = proven_only;
+  options.look_up = value_named(kLookUps, look_up, "look_up");
+  options.kernel = kernel;
+  return options;
+}
+
+File open_file(const py::object& source, bool proven_only, bool copy, const std::string& check,
+               const std::string& look_up, const std::string& kernel) {
+  const OpenOptions options = options_of(proven_only, copy, check, look_up, kernel);
+  if (!PyObject_CheckBuffer(source.ptr())) {
+    const auto path = source.cast<std::filesystem::path>();
+    auto sidecar = [&] {
+      const py::gil_scoped_release unlocked;
+      return Sidecar::open(path, options);
+    }();
+    return std::make_shared<OpenFile>(OpenFile{value_or_raise(std::move(sidecar)), {}});
+  }
+  // The view keeps the memory, and keeps a bytearray from being resized.
+  const py::object view = py::module_::import("numpy").attr("frombuffer")(source, "uint8");
+  const py::array bytes = view.cast<py::array>();
+  if (reinterpret_cast<uintptr_t>(bytes.data()) % 8 != 0)
+    throw py::value_error("the buffer needs to be aligned to 8 bytes (to 64 bytes it is used without a copy)");
+  const Bytes in_place{static_cast<const std::byte*>(bytes.data()), static_cast<size_t>(bytes.size())};
+  auto sidecar = [&] {
+    const py::gil_scoped_release unlocked;
+    return Sidecar::open_buffer(in_place, options);
+  }();
+  return std::make_shared<OpenFile>(OpenFile{value_or_raise(std::move(sidecar)), view});
+}
+
+FileObject object_at(const File& file, py::ssize_t index) {
+  const auto count = static_cast<py::ssize_t>(file->sidecar.object_count());
+  if (index < 0) index += count;
+  if (index < 0 || index >= count) throw py::index_error("no such object");
+  return {file, file->sidecar.object(static_cast<size_t>(index))};
+}
+
+FileObject object_named(const File& file, const std::string& name) {
+  const auto object = file->sidecar.find(name);
+  if (!object) throw py::key_error(name);
+  return {file, *object};
+}
+
+std::optional<FileObject> object_of_hash(const File& file, const py::bytes& hash) {
+  const auto object = file->sidecar.find(hash_of(hash));
+  if (!object) return {};
+  return FileObject{file, *object};
+}
+
+size_t words(size_t count) { return (count + 63) / 64; }
+
+// ask(answers) fills count answers, without the GIL.
+template <class Ask>
+py::array_t<uint8_t> answers_of(size_t count, Ask&& ask) {
+  py::array_t<uint8_t> answers(static_cast<py::ssize_t>(count));
+  const std::span out(reinterpret_cast<Visibility*>(answers.mutable_data()), count);
+  const py::gil_scoped_release unlocked;
+  ask(out);
+  return answers;
+}
+
+// ask(blocked) fills the bits, without the GIL.
+template <class Ask>
+py::array_t<bool> blocked_of(size_t count, Ask&& ask) {
+  std::vector<uint64_t> blocked(words(count));
+  {
+    const py::gil_scoped_release unlocked;
+    ask(std::span(blocked));
+  }
+  return bools_of(blocked, count);
+}
+
+// ask(blocked, unclassified) fills the bits of a bundle.
+template <class Ask>
+py::array_t<uint8_t> bundle_answers(size_t count, Ask&& ask) {
+  return answers_of(count, [&](std::span<Visibility> answers) {
+    std::vector<uint64_t> blocked(words(count)), unclassified(words(count));
+    ask(std::span(blocked), std::span(unclassified));
+    for (size_t i = 0; i < count; ++i)
+      answers[i] =
+          static_cast<Visibility>((blocked[i / 64] >> (i % 64) & 1) | (unclassified[i / 64] >> (i % 64) & 1) << 1);
+  });
+}
+
+void require_hierarchy(bool has) {
+  if (!has)
+    throw py::value_error("occluded() needs the hierarchy of each object, and one was baked without: see classify()");
+}
+
+py::array_t<uint8_t> classify(const FileObject& self, const py::array& segments) {
+  const auto asked = segments_of(segments);
+  return answers_of(asked.size(), [&](std::span<Visibility> answers) { self.object.classify(asked, answers); });
+}
+
+py::array_t<bool> occluded(const FileObject& self, const py::array& segments, const std::string& start) {
+  require_hierarchy(self.object.has_hierarchy());
+  const auto asked = segments_of(segments);
+  const From from = from_named(start);
+  return blocked_of(asked.size(), [&](std::span<uint64_t> bits) { self.object.occluded(asked, bits, from); });
+}
+
+// A bundle and the arrays that it points into.
+template <class Bundle>
+struct ArrayBundle {
+  Bundle bundle;
+  std::vector<py::array> arrays;
+};
+
+template <class Bundle>
+py::array_t<uint8_t> classify_bundle(const FileObject& self, const ArrayBundle<Bundle>& asked) {
+  return bundle_answers(asked.bundle.size(),
+                        [&](auto blocked, auto left) { self.object.classify(asked.bundle, blocked, left); });
+}
+
+template <class Bundle>
+py::array_t<bool> bundle_occluded(const FileObject& self, const ArrayBundle<Bundle>& asked, const std::string& start) {
+  require_hierarchy(self.object.has_hierarchy());
+  const From from = from_named(start);
+  return blocked_of(asked.bundle.size(),
+                    [&](std::span<uint64_t> bits) { self.object.occluded(asked.bundle, bits, from); });
+}
+
+void copy_vector(const Numbers& array, const char* name, float (&out)[3]) {
+  const auto values = vector_of(array, name);
+  std::copy(values.begin(), values.end(), out);
+}
+
+std::span<const float> column(const py::array& array, const char* name, py::ssize_t size) {
+  return values_of<float>(array, {size}, name, "needs a float32 array of shape (n,), as long as the others");
+}
+
+ArrayBundle<QuadBundle> quad_bundle(const Numbers& origin, const Numbers& corner, const Numbers& edge_u,
+                                    const Numbers& edge_v, const py::array& u, const py::array& v) {
+  ArrayBundle<QuadBundle> made{{}, {u, v}};
+  copy_vector(origin, "origin", made.bundle.origin);
+  copy_vector(corner, "corner", made.bundle.corner);
+  copy_vector(edge_u, "edge_u", made.bundle.edge_u);
+  copy_vector(edge_v, "edge_v", made.bundle.edge_v);
+  made.bundle.u = column(u, "u", -1);
+  made.bundle.v = column(v, "v", u.size());
+  return made;
+}
+
+template <class Bundle>
+void take_samples(ArrayBundle<Bundle>& made, const py::array& x, const py::array& y, const py::array& z) {
+  made.arrays = {x, y, z};
+  made.bundle.x = column(x, "x", -1);
+  made.bundle.y = column(y, "y", x.size());
+  made.bundle.z = column(z, "z", x.size());
+}
+
+ArrayBundle<SphereBundle> sphere_bundle(const Numbers& origin, const Numbers& centre, float radius, const py::array& x,
+                                        const py::array& y, const py::array& z) {
+  ArrayBundle<SphereBundle> made;
+  copy_vector(origin, "origin", made.bundle.origin);
+  copy_vector(centre, "centre", made.bundle.centre);
+  made.bundle.radius = radius;
+  take_samples(made, x, y, z);
+  return made;
+}
+
+ArrayBundle<PointBundle> point_bundle(const Numbers& origin, const py::array& x, const py::array& y,
+                                      const py::array& z) {
+  ArrayBundle<PointBundle> made;
+  copy_vector(origin, "origin", made.bundle.origin);
+  take_samples(made, x, y, z);
+  return made;
+}
+
+std::span<const Transform> transforms_of(const py::array& to_world, size_t count) {
+  const auto floats =
+      values_of<float>(to_world, {static_cast<py::ssize_t>(count), 3, 4}, "to_world",
+                       "needs a float32 array of shape (instances, 3, 4), rows of world = rows * (object, 1)");
+  return {reinterpret_cast<const Transform*>(floats.data()), count};
+}
+
+OpenScene build_scene(const std::vector<FileObject>& objects, const py::array& to_world,
+                      const std::optional<py::array>& masks, const std::string& kernel) {
+  const auto transforms = transforms_of(to_world, objects.size());
+  std::span<const uint32_t> bits;
+  if (masks)
+    bits = values_of<uint32_t>(*masks, {static_cast<py::ssize_t>(objects.size())}, "masks",
+                               "needs a uint32 array of shape (instances,)");
+  std::vector<SceneInstance> instances;
+  instances.reserve(objects.size());
+  for (size_t i = 0; i < objects.size(); ++i) {
+    instances.push_back(SceneInstance::of(objects[i].object, transforms[i]));
+    if (masks) instances.back().mask = bits[i];
+  }
+  auto scene = [&] {
+    const py::gil_scoped_release unlocked;
+    return Scene::build(instances, kernel);
+  }();
+  return {value_or_raise(std::move(scene)), objects};
+}
+
+void set_transforms(OpenScene& self, const py::array& to_world) {
+  if (const auto error = self.scene.set_transforms(transforms_of(to_world, self.scene.size()))) raise(*error);
+}
+
+const char* use_of(const OpenScene& self, uint32_t instance) {
+  if (instance >= self.scene.size()) throw py::index_error("no such instance");
+  constexpr const char* kNames[] = {"asked", "left", "absent"};
+  return kNames[static_cast<size_t>(self.scene.use(instance))];
+}
+
+// origins: of `count` segments, or none.
+SceneQuery query_of(const OpenScene& self, uint32_t mask, const std::optional<py::array>& origins, size_t count) {
+  SceneQuery query{mask, {}};
+  if (origins)
+    query.origins = values_of<uint32_t>(*origins, {static_cast<py::ssize_t>(count)}, "origins",
+                                        "needs a uint32 array of shape (n,), the instance that each segment begins on "
+                                        "or 0xFFFFFFFF");
+  for (const uint32_t origin : query.origins)
+    if (origin >= self.scene.size() && origin != kNoInstance) throw py::index_error("origins: no such instance");
+  return query;
+}
+
+py::array_t<uint8_t> classify_scene(const OpenScene& self, const py::array& segments, uint32_t mask,
+                                    const std::optional<py::array>& origins) {
+  const auto asked = segments_of(segments);
+  const SceneQuery query = query_of(self, mask, origins, asked.size());
+  return answers_of(asked.size(), [&](std::span<Visibility> answers) { self.scene.classify(asked, answers, query); });
+}
+
+py::array_t<bool> scene_occluded(const OpenScene& self, const py::array& segments, uint32_t mask,
+                                 const std::optional<py::array>& origins) {
+  require_hierarchy(self.scene.has_hierarchies());
+  const auto asked = segments_of(segments);
+  const SceneQuery query = query_of(self, mask, origins, asked.size());
+  return blocked_of(asked.size(), [&](std::span<uint64_t> bits) { self.scene.occluded(asked, bits, query); });
+}
+
+// origin: the instance that the bundle begins on, or none.
+template <class Bundle>
+py::array_t<bool> scene_bundle_occluded(const OpenScene& self, const ArrayBundle<Bundle>& asked, uint32_t mask,
+                                        std::optional<uint32_t> origin) {
+  require_hierarchy(self.scene.has_hierarchies());
+  if (origin && *origin >= self.scene.size()) throw py::index_error("origin: no such instance");
+  SceneQuery query{mask, {}};
+  if (origin) query.origins = {&*origin, 1};
+  return blocked_of(asked.bundle.size(),
+                    [&](std::span<uint64_t> bits) { self.scene.occluded(asked.bundle, bits, query); });
+}
+
+template <class Bundle, class Make, class... Arguments>
+void define_bundle(py::module_& module, py::class_<FileObject>& object, py::class_<OpenScene>& scene, const char* name,
+                   const char* doc, Make&& make, Arguments&&... arguments) {
+  py::class_<ArrayBundle<Bundle>>(module, name, doc)
+      .def(py::init(make), arguments...)
+      .def("__len__", [](const ArrayBundle<Bundle>& self) { return self.bundle.size(); });
+  if constexpr (!std::is_same_v<Bundle, PointBundle>)  // which is for occluded() alone
+    object.def("classify", &classify_bundle<Bundle>, py::arg("bundle"));
+  object.def("occluded", &bundle_occluded<Bundle>, py::arg("bundle"), py::arg("start") = "outside");
+  scene.def("occluded", &scene_bundle_occluded<Bundle>, py::arg("bundle"), py::kw_only(), py::arg("mask") = 0xFFFFFFFFu,
+            py::arg("origin") = py::none());
+}
+
+py::class_<FileObject> define_object(py::module_& module) {
+  py::class_<FileObject> object(module, "Object", "One object of an open sidecar. Keeps the sidecar open.");
+  object
+      .def_property_readonly(
+          "name", [](const FileObject& self) { return self.object.name(); }, "As in the file; may be empty.")
+      .def_property_readonly(
+          "record", [](const FileObject& self) { return record_of(self.object.record(), self.object.name()); },
+          "A Record: box, depth, method, hash, counts.")
+      .def_property_readonly(
+          "answers", [](const FileObject& self) { return self.object.answers(); },
+          "False: every segment is unclassified, so that there is no need to ask.")
+      .def_property_readonly(
+          "has_hierarchy", [](const FileObject& self) { return self.object.has_hierarchy(); },
+          "Whether the file holds the triangles, which occluded() needs.")
+      .def("classify", &classify, py::arg("segments"),
+           "What look-ups say of each segment: (n, 8) float32 in, (n,) uint8 of Visibility out.\n\n"
+           "A QuadBundle or SphereBundle of n segments may be given too. Any bits are allowed in a segment; what is "
+           "doubtful is "
+           "unclassified. Releases the GIL.")
+      .def("occluded", &occluded, py::arg("segments"), py::arg("start") = "outside",
+           "Whether the object blocks each segment: (n, 8) float32, or a bundle, in, (n,) bool out.\n\n"
+           "What no look-up decides, the hierarchy of triangles does, exactly. start: where segments begin, "
+           "\"outside\" the box, \"inside\" it, or on the object it\"self\"; it says whether to look up first. "
+           "ValueError without has_hierarchy. Releases the GIL.");
+  return object;
+}
+
+void define_sidecar(py::module_& module) {
+  py::class_<OpenFile, File>(module, "Sidecar", "An open sidecar: a sequence of its objects.")
+      .def("__len__", [](const OpenFile& self) { return self.sidecar.object_count(); })
+      .def("__getitem__", &object_at, py::arg("index"))
+      .def("__getitem__", &object_named, py::arg("name"))
+      .def("find", &object_of_hash, py::arg("geometry_hash"), "The first object of that hash (16 bytes), or None.")
+      .def_property_readonly(
+          "kernel", [](const OpenFile& self) { return self.sidecar.kernel(); }, "What answers arrays: see kernels().")
+      .def_property_readonly(
+          "provenance",
+          [](const OpenFile& self) {
+            py::dict provenance;
+            for (const auto& [key, value] : self.sidecar.contents().provenance)
+              provenance[py::str(key.data(), key.size())] = py::str(value.data(), value.size());
+            return provenance;
+          },
+          "What the file says of its making, a dict of texts.");
+  module.def("open", &open_file, py::arg("source"), py::kw_only(), py::arg("proven_only") = false,
+             py::arg("copy") = false, py::arg("check") = "checksums", py::arg("look_up") = "as_baked",
+             py::arg("kernel") = "",
+             "Opens a sidecar: a path, or a buffer that holds a whole file and stays unchanged.\n\n"
+             "proven_only: trust proofs alone. copy: read a file into memory rather than map it. check: \"checksums\", "
+             "\"bounds\" (faster) or \"canonical\" (slow). look_up: before the hierarchy, \"as_baked\", \"always\" or "
+             "\"never\". kernel: one of kernels(). A buffer has to be aligned to 8 bytes, and is used without a copy "
+             "where it is aligned to 64. Raises FileError, InvalidFile or Unsupported. Releases the GIL.");
+}
+
+py::class_<OpenScene> define_scene(py::module_& module) {
+  py::class_<OpenScene> scene(module, "Scene", "Instances of objects, asked together.");
+  scene
+      .def(py::init(&build_scene), py::arg("objects"), py::arg("to_world"), py::arg("masks") = py::none(),
+           py::arg("kernel") = "",
+           "objects: one for each instance. to_world: (instances, 3, 4) float32, rows of world = rows * (object, 1). "
+           "masks: (instances,) uint32; an instance is asked where its mask shares a bit with the query's.")
+      .def("__len__", [](const OpenScene& self) { return self.scene.size(); })
+      .def("set_transforms", &set_transforms, py::arg("to_world"),
+           "New transforms for all instances, (instances, 3, 4) float32. Not beside a query of another thread.")
+      .def("use", &use_of, py::arg("instance"),
+           "\"asked\"; \"left\" (unclassified wherever a segment could meet it); \"absent\" (scale 0).")
+      .def("classify", &classify_scene, py::arg("segments"), py::kw_only(), py::arg("mask") = 0xFFFFFFFFu,
+           py::arg("origins") = py::none(),
+           "What look-ups say of each segment, in the world's frame: (n, 8) float32 in, (n,) uint8 of Visibility "
+           "out.\n\norigins: (n,) uint32, the instance that each segment begins on or 0xFFFFFFFF. Releases the GIL.")
+      .def("occluded", &scene_occluded, py::arg("segments"), py::kw_only(), py::arg("mask") = 0xFFFFFFFFu,
+           py::arg("origins") = py::none(),
+           "Whether an instance blocks each segment: (n, 8) float32, or a bundle, in, (n,) bool out, exact.\n\n"
+           "A bundle has one origin, the instance that it begins on or None. ValueError where an object has no "
+           "hierarchy. Releases the GIL.");
+  return scene;
+}
+
+}  // namespace
+
+void define_asking(py::module_& module) {
+  auto object = define_object(module);
+  define_sidecar(module);
+  auto scene = define_scene(module);
+  define_bundle<QuadBundle>(module, object, scene, "QuadBundle",
+                            "Segments from origin to corner + u[i] * edge_u + v[i] * edge_v; u and v: (n,) float32.",
+                            &quad_bundle, py::arg("origin"), py::arg("corner"), py::arg("edge_u"), py::arg("edge_v"),
+                            py::arg("u"), py::arg("v"));
+  define_bundle<SphereBundle>(module, object, scene, "SphereBundle",
+                              "Segments from origin to samples (x[i], y[i], z[i]) in or on a sphere; (n,) float32.",
+                              &sphere_bundle, py::arg("origin"), py::arg("centre"), py::arg("radius"), py::arg("x"),
+                              py::arg("y"), py::arg("z"));
+  define_bundle<PointBundle>(module, object, scene, "PointBundle",
+                             "Segments from origin to origin + (x[i], y[i], z[i]); (n,) float32.", &point_bundle,
+                             py::arg("origin"), py::arg("x"), py::arg("y"), py::arg("z"));
+  module.def("kernels", &kernels, "What this processor can run, fastest first; all give the same answers.");
+  module.def("version", &runtime_version_string, "The library's version, \"1.2.3\".");
+}
+
+}  // namespace vcd::python

@@ -1,0 +1,11 @@
+// The two halves of the module.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace vcd::python {
+
+void define_asking(pybind11::module_& module);  // sidecars, objects, bundles, scenes
+void define_baking(pybind11::module_& module);  // meshes, bakes, files, verification
+
+}  // namespace vcd::python
