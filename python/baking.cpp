@@ -13,6 +13,7 @@
 
 #include <vcd/baker/bake.h>
 #include <vcd/format/file_bytes.h>
+#include <vcd/format/geometry_hash.h>
 #include <vcd/verify/check.h>
 
 #include "arrays.h"
@@ -72,6 +73,15 @@ Mesh prepare(const py::array& positions, const py::array& triangles, const std::
     return baker::prepare(std::move(source));
   }();
   return std::make_shared<baker::PreparedMesh>(value_or_raise(std::move(mesh)));
+}
+
+py::bytes hash_of_mesh(const py::array& positions, const py::array& triangles) {
+  const baker::SourceMesh mesh = source_mesh(positions, triangles, {});
+  auto hash = [&] {
+    const py::gil_scoped_release unlocked;
+    return geometry_hash(mesh.positions, mesh.triangles);
+  }();
+  return bytes_of_hash(value_or_raise(std::move(hash)));
 }
 
 // A view of the mesh's own memory, which it keeps alive. Not writeable.
@@ -236,6 +246,9 @@ py::object verify_sidecar(const py::object& source, const std::vector<Mesh>& mes
 }
 
 void define_mesh(py::module_& module) {
+  module.def("geometry_hash", &hash_of_mesh, py::arg("positions"), py::arg("triangles"),
+             "The hash (16 bytes) that prepare() would give, and that Sidecar.find() takes: the same for equal "
+             "geometry, whatever its order or winding. Arrays as for prepare().");
   py::class_<baker::PreparedMesh, Mesh>(module, "Mesh", "One mesh, welded and sorted: what is baked. Read-only.")
       .def_property_readonly(
           "name", [](const baker::PreparedMesh& self) { return self.name; }, "As it was given.")

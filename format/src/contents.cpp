@@ -24,6 +24,25 @@ std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::v
   return std::move(reading.contents);
 }
 
+Result<std::vector<GeometryHash>> read_geometry_hashes(Bytes file, const std::string& name) {
+  assert(reinterpret_cast<uintptr_t>(file.data()) % 8 == 0);
+  std::vector<Finding> findings;
+  Reading reading{file, CheckLevel::bounds, findings};
+  if (!read_header(reading) || !read_section_table(reading) || !read_objects(reading) || has_error(findings))
+    return first_error(name, findings);
+  std::vector<GeometryHash> hashes;
+  for (const ObjectContents& object : reading.contents.objects) hashes.push_back(object.record->geometry_hash);
+  return hashes;
+}
+
+Error first_error(const std::string& name, std::span<const Finding> findings) {
+  for (const Finding& finding : findings) {
+    if (finding_info(finding.id).severity != Severity::error) continue;
+    return {error_code(finding.id), name + ": " + describe(finding)};
+  }
+  return {ErrorCode::invalid_file, name + ": not a valid sidecar"};
+}
+
 Bytes mapped_bytes(Reading& reading, const SectionEntry& e, const std::string& owner) {
   const Bytes stored = reading.stored(e);
   if (!is_zstd(e) && reinterpret_cast<uintptr_t>(stored.data()) % kUnitAlignment == 0) return stored;

@@ -15,7 +15,7 @@ Do not write to an array while a call reads it.
 """
 import numpy as _numpy
 
-from ._native import (Baked, Mesh, Object, PointBundle, QuadBundle, Scene, Sidecar, SphereBundle, bake,
+from ._native import (Baked, Mesh, Object, PointBundle, QuadBundle, Scene, Sidecar, SphereBundle, bake, geometry_hash,
                       kernels, open, prepare, sidecar_bytes, verify, version, write)
 from .records import (Audit, AuditCounts, Contradiction, DepthForecast, Difference, Error, FileError, InvalidFile,
                       Issue, Plan, Record, Unsupported, UsageError, Verification, Visibility)
@@ -23,7 +23,7 @@ from .records import (Audit, AuditCounts, Contradiction, DepthForecast, Differen
 __version__ = version()
 __all__ = ["Audit", "AuditCounts", "Baked", "Contradiction", "DepthForecast", "Difference", "Error", "FileError",
            "InvalidFile", "Issue", "Mesh", "Object", "Plan", "PointBundle", "QuadBundle", "Record", "Scene", "Sidecar",
-           "SphereBundle", "Unsupported", "UsageError", "Verification", "Visibility", "bake",
+           "SphereBundle", "Unsupported", "UsageError", "Verification", "Visibility", "bake", "geometry_hash",
            "kernels", "open", "prepare", "segments", "sidecar_bytes", "verify", "version", "write"]
 
 

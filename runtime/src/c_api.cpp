@@ -1,5 +1,7 @@
 #include <cassert>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <new>
 #include <string>
 #include <vector>
@@ -7,6 +9,7 @@
 #include <vcd/runtime/from_c.h>
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/runtime/sidecar_store.h>
 #include <vcd/runtime/vcd.h>
 
 #include "lookup/kernels.h"
@@ -22,6 +25,11 @@ struct vcd_sidecar {
 };
 struct vcd_scene {
   vcd::Scene scene;
+};
+struct vcd_store {
+  vcd::SidecarStore store;
+  std::mutex mutex = {};  // of the handles
+  std::map<const vcd::ObjectRecord*, vcd_object> objects = {};
 };
 
 static_assert(sizeof(vcd::Visibility) == 1);
@@ -196,6 +204,52 @@ const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t h
   std::array<uint8_t, 16> bytes;
   std::memcpy(bytes.data(), hash, bytes.size());
   return handle_of(sidecar, sidecar->sidecar.find(bytes));
+}
+
+vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd_error* error) try {
+  if (!mesh || !hash || !is_whole(*mesh)) return fail(error, VCD_ERROR_USAGE, "mesh or hash is null, or of no size");
+  const vcd::PositionBuffer positions{mesh->positions, mesh->position_count,
+                                      mesh->position_stride ? mesh->position_stride : sizeof(vcd::Position)};
+  const vcd::IndexBuffer faces{mesh->indices, mesh->face_count, mesh->corners ? mesh->corners : 3,
+                               mesh->index_size ? mesh->index_size : 4, mesh->index_stride};
+  const auto found = vcd::geometry_hash(positions, faces);
+  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  std::memcpy(hash, found->data(), found->size());
+  return VCD_SUCCESS;
+} catch (...) {
+  return VCD_ERROR_RUNTIME;
+}
+
+vcd_result vcd_store_open(const char* const* folders, size_t count, const vcd_open_options* options, vcd_store** store,
+                          vcd_error* error) try {
+  if (!store) return fail(error, VCD_ERROR_USAGE, "store is null");
+  *store = nullptr;
+  if (!folders && count) return fail(error, VCD_ERROR_USAGE, "folders is null");
+  if (!usable(options)) return fail(error, VCD_ERROR_USAGE, kWrongOptions);
+  const std::vector<std::filesystem::path> paths(folders, folders + count);
+  auto opened = vcd::SidecarStore::open(paths, translate(options));
+  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  *store = new vcd_store{std::move(*opened)};
+  return VCD_SUCCESS;
+} catch (...) {
+  return VCD_ERROR_RUNTIME;
+}
+
+void vcd_store_close(vcd_store* store) { delete store; }
+
+vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_object** object, vcd_error* error) try {
+  if (!store || !hash || !object) return fail(error, VCD_ERROR_USAGE, "store, hash or object is null");
+  *object = nullptr;
+  vcd::GeometryHash geometry;
+  std::memcpy(geometry.data(), hash, geometry.size());
+  const auto found = store->store.find(geometry);
+  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  if (!*found) return VCD_SUCCESS;
+  const std::lock_guard lock(store->mutex);
+  *object = &store->objects.try_emplace(&(*found)->record(), vcd_object{**found}).first->second;
+  return VCD_SUCCESS;
+} catch (...) {
+  return VCD_ERROR_RUNTIME;
 }
 
 const char* vcd_object_name(const vcd_object* object, size_t* length) {

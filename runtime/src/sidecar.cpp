@@ -52,14 +52,6 @@ bool looks_up_first(const ObjectRecord& record, From from, LookUpFirst how) {
   return (record.flags & (from == From::outside ? kLookUpFromOutside : kLookUpFromInside)) != 0;
 }
 
-Error first_error(const std::string& name, std::span<const Finding> findings) {
-  for (const Finding& finding : findings) {
-    if (finding_info(finding.id).severity != Severity::error) continue;
-    return {error_code(finding.id), name + ": " + describe(finding)};
-  }
-  return {ErrorCode::invalid_file, name + ": not a valid sidecar"};
-}
-
 }  // namespace
 
 Sidecar::Sidecar(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -32,12 +32,14 @@ struct Subject {
 
 Bytes bytes_of(const Horizons& horizons) { return {horizons.section.data.get(), horizons.section.size}; }
 
-// A floor with walls on its four sides, so high above it and below.
+// A floor with walls on its four sides that lean outwards, so high above it and below.
 SourceMesh floor_with_walls(float h) {
   SourceMesh mesh{"floor", 0, {}, {{0, 1, 2}, {0, 2, 3}}};
   for (const float z : {0.0f, h, -h})
-    for (const auto& [x, y] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
-      mesh.positions.push_back({x, y, z});
+    for (const auto& [x, y] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+      const float out = z == 0 ? 0.0f : 0.5f;
+      mesh.positions.push_back({x ? 1 + out : -out, y ? 1 + out : -out, z});
+    }
   for (uint32_t i = 0; i < 4; ++i) {
     const uint32_t j = (i + 1) % 4;
     mesh.triangles.push_back({i + 8, j + 8, j + 4}), mesh.triangles.push_back({i + 8, j + 4, i + 4});
@@ -153,7 +155,7 @@ TEST(Horizons, AreLeftOutWhereTheyAnswerLittle) {
 
 TEST(Horizons, HigherWallsLeaveLess) {
   float before = 0;
-  for (const float height : {0.01f, 0.1f, 0.3f, 1.0f}) {
+  for (const float height : {0.05f, 0.2f, 0.4f, 0.7f}) {
     const Horizons horizons = Subject(floor_with_walls(height)).horizons();
     ASSERT_TRUE(horizons.section.data);
     const HorizonView view{horizons.section.data.get()};
@@ -205,7 +207,7 @@ TEST(Horizons, AreCanonical) {
 }
 
 TEST(Horizons, AreAudited) {
-  const Subject subject(floor_with_walls(0.2f));
+  const Subject subject(floor_with_walls(0.3f));
   Horizons horizons = subject.horizons();
   ASSERT_TRUE(horizons.section.data);
   const HorizonView view{horizons.section.data.get()};
@@ -218,7 +220,7 @@ TEST(Horizons, AreAudited) {
   // With lower slopes than those that are true.
   auto& header = *reinterpret_cast<HorizonHeader*>(horizons.section.data.get());
   for (auto& table : header.slope)
-    for (float& slope : table) slope *= 0.9f;
+    for (float& slope : table) slope *= 0.3f;
   EXPECT_GT(audit().wrong, 10u);
   EXPECT_TRUE(audit_horizons(subject.mesh, view_of(subject.section), view, 100, [] { return true; }).stopped);
 }

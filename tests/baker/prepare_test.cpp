@@ -9,7 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "prepare/weld.h"
+#include <vcd/format/weld.h>
+
 #include "support/meshes.h"
 
 namespace vcd::test {

@@ -94,6 +94,7 @@ class Baking(Case):
         wide = np.zeros((16, 5), np.float32)
         wide[::2, 1:4] = CUBE
         self.assertEqual(vcd.prepare(wide[::2, 1:4], FACES[::-1, ::-1]).geometry_hash, expected)
+        self.assertEqual(vcd.geometry_hash(CUBE, FACES[::-1, ::-1]), expected)
         self.assertNotEqual(vcd.prepare(CUBE * 2, FACES).geometry_hash, expected)
 
     def test_records_are_dataclasses(self):

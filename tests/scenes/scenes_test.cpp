@@ -13,7 +13,6 @@
 
 #include <vcd/baker/ingest.h>
 
-#include "prepare/weld.h"
 #include "support/files.h"
 
 namespace vcd::test {
@@ -119,7 +118,7 @@ TEST(Scenes, IndicesAreInRangeAndNoTriangleIsFlat) {
       uint64_t flat = 0;
       for (const auto& [a, b, c] : mesh.triangles) {
         ASSERT_LT(std::max({a, b, c}), mesh.positions.size()) << mesh.name;
-        flat += baker::has_zero_area(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
+        flat += has_zero_area(mesh.positions[a], mesh.positions[b], mesh.positions[c]);
       }
       EXPECT_EQ(flat, 0u) << mesh.name;
     }

@@ -70,11 +70,13 @@ TEST_F(CheckBytes, SaysWhatIsWrongWithTheBytes) {
 }
 
 TEST_F(CheckBytes, HoldsHorizonsAgainstTheMesh) {
-  // A floor with walls on its four sides, above and below.
+  // A floor with walls on its four sides, above and below, that lean outwards.
   SourceMesh box{"box", 0, {}, {{0, 1, 2}, {0, 2, 3}}};
-  for (const float z : {0.0f, 0.2f, -0.2f})
-    for (const auto& [x, y] : {std::pair(0.0f, 0.0f), {1.0f, 0.0f}, {1.0f, 1.0f}, {0.0f, 1.0f}})
-      box.positions.push_back({x, y, z});
+  for (const float z : {0.0f, 0.3f, -0.3f})
+    for (const auto& [x, y] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}}) {
+      const float out = z == 0 ? 0.0f : 0.5f;
+      box.positions.push_back({x ? 1 + out : -out, y ? 1 + out : -out, z});
+    }
   for (uint32_t i = 0; i < 4; ++i) {
     const uint32_t j = (i + 1) % 4;
     box.triangles.push_back({i + 8, j + 8, j + 4}), box.triangles.push_back({i + 8, j + 4, i + 4});
@@ -94,7 +96,7 @@ TEST_F(CheckBytes, HoldsHorizonsAgainstTheMesh) {
   std::memcpy(lower.data(), sound.data(), sound.size());
   auto& header = *reinterpret_cast<HorizonHeader*>(lower.data());
   for (auto& table : header.slope)
-    for (float& slope : table) slope *= 0.9f;
+    for (float& slope : table) slope *= 0.3f;
   sidecar.objects[0].horizon = bytes_of(lower).first(sound.size());
   bytes_ = std::move(*sidecar_bytes(sidecar));
   const Outcome outcome = check(meshes);

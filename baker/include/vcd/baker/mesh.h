@@ -6,10 +6,12 @@
 #include <string>
 #include <vector>
 
+#include <vcd/format/weld.h>
+
 namespace vcd::baker {
 
-using Position = std::array<float, 3>;            // x, y, z in the object's own frame and unit
-using TriangleIndices = std::array<uint32_t, 3>;  // into the positions of the same mesh, counter-clockwise or not
+using vcd::Position;
+using vcd::TriangleIndices;
 
 // Parts of an object that its source has and the triangles have not. A line that is clear of the triangles may be
 // blocked by such a part.

@@ -11,6 +11,7 @@
 #include <vcd/format/aligned_bytes.h>
 #include <vcd/format/bytes.h>
 #include <vcd/format/findings.h>
+#include <vcd/format/geometry_hash.h>
 #include <vcd/format/hierarchy.h>
 #include <vcd/format/horizon.h>
 #include <vcd/format/layout.h>
@@ -49,6 +50,13 @@ struct SidecarContents {
 // level     how closely to look
 // findings  is appended to
 std::optional<SidecarContents> read_sidecar(Bytes file, CheckLevel level, std::vector<Finding>& findings);
+
+// The geometry hashes of a sidecar's objects, in their order. Reads its tables only, whatever the file's size; the file
+// must be as read_sidecar takes it. Errors: the first finding, naming the file. Throws nothing but std::bad_alloc.
+Result<std::vector<GeometryHash>> read_geometry_hashes(Bytes file, const std::string& name);
+
+// The first error among what read_sidecar found in a file that it refused, as an Error that names the file.
+Error first_error(const std::string& name, std::span<const Finding> findings);
 
 // "TREE"; bytes that are no letters as \xNN.
 std::string section_type_name(uint32_t type);

@@ -12,11 +12,10 @@
 
 #include <vcd/format/bytes.h>
 #include <vcd/format/error.h>
+#include <vcd/format/geometry_hash.h>
 #include <vcd/format/segment.h>
 
 namespace vcd {
-
-using GeometryHash = std::array<uint8_t, 16>;  // ObjectRecord::geometry_hash
 
 // One segment of a sample of those that were asked.
 struct AskedSegment {

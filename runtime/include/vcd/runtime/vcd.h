@@ -95,6 +95,38 @@ const vcd_object* vcd_object_at(const vcd_sidecar* sidecar, size_t index);      
 const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* name); /* NULL if there is none */
 const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]);
 
+/* A mesh as a renderer holds it, for its geometry hash: <vcd/format/geometry_hash.h>. */
+typedef struct vcd_mesh_buffers {
+  uint32_t size;
+  uint32_t corners;      /* of a face: 0 or 3; or 4, quads as Embree cuts them */
+  const void* positions; /* three floats each, at any alignment */
+  size_t position_count;
+  size_t position_stride; /* bytes; 0: 12 */
+  const void* indices;    /* `corners` each, at any alignment */
+  size_t face_count;
+  size_t index_stride; /* bytes; 0: no gaps */
+  uint32_t index_size; /* bytes: 0 or 4; or 2 */
+} vcd_mesh_buffers;
+
+/* The hash that the baker would give. Copies and sorts the mesh: once a mesh, not once a frame.
+ * VCD_ERROR_USAGE: a position is not finite, or an index out of range; VCD_ERROR_INVALID_FILE: no triangle has an area.
+ * error    NULL, or where the message goes */
+vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd_error* error);
+
+/* Folders of sidecars, found by the geometry that they are of: <vcd/runtime/sidecar_store.h>. */
+typedef struct vcd_store vcd_store;
+
+/* Looks for *.vcd in the folders and all below. On success *store must be given to vcd_store_close; on failure it is
+ * NULL.
+ * options  of every file, when it is opened; NULL for the defaults */
+vcd_result vcd_store_open(const char* const* folders, size_t count, const vcd_open_options* options, vcd_store** store,
+                          vcd_error* error);
+void vcd_store_close(vcd_store* store); /* NULL is fine */
+
+/* *object gets the object of that geometry, which lives as long as the store; NULL, with VCD_SUCCESS, where there is
+ * none, and on failure. Its file is opened when it is first asked for. Any number of threads at once. */
+vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_object** object, vcd_error* error);
+
 /* The object's name, UTF-8, NOT zero-terminated; *length gets its bytes. Lives as long as the sidecar. */
 const char* vcd_object_name(const vcd_object* object, size_t* length);
 

@@ -1,12 +1,13 @@
-#include "weld.h"
+#include <vcd/format/weld.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include <vcd/format/layout.h>
 
-namespace vcd::baker {
+namespace vcd {
 namespace {
 
 constexpr uint32_t kUnused = 0xFFFFFFFF;
@@ -61,28 +62,39 @@ bool has_zero_area(const Position& p, const Position& q, const Position& r) {
   return flat(1, 2) && flat(2, 0) && flat(0, 1);
 }
 
-void weld(SourceMesh&& source, PreparedMesh& mesh) {
-  for (Position& p : source.positions)
+bool is_sound(std::span<const Position> positions, std::span<const TriangleIndices> triangles) {
+  const auto finite = [](const Position& p) {
+    return std::isfinite(p[0]) && std::isfinite(p[1]) && std::isfinite(p[2]);
+  };
+  const auto inside = [&](const TriangleIndices& t) { return std::ranges::max(t) < positions.size(); };
+  constexpr size_t kMost = 0xFFFFFFFF;  // numbers are 32 bits wide
+  return positions.size() <= kMost && triangles.size() <= kMost && std::ranges::all_of(positions, finite) &&
+         std::ranges::all_of(triangles, inside);
+}
+
+WeldedMesh weld(std::vector<Position>&& positions, std::vector<TriangleIndices>&& triangles) {
+  WeldedMesh mesh;
+  for (Position& p : positions)
     for (float& x : p) x += 0.0f;  // -0 becomes +0
 
-  std::vector<bool> used(source.positions.size());
+  std::vector<bool> used(positions.size());
   struct Numbered {
     TriangleIndices corners;
     uint32_t source;
     auto operator<=>(const Numbered&) const = default;
   };
   std::vector<Numbered> numbered;
-  mesh.source_triangles.assign(source.triangles.size(), kNone);
-  for (uint32_t i = 0; i < source.triangles.size(); ++i) {
-    const TriangleIndices& t = source.triangles[i];
-    const bool flat = has_zero_area(source.positions[t[0]], source.positions[t[1]], source.positions[t[2]]);
+  mesh.source_triangles.assign(triangles.size(), kNone);
+  for (uint32_t i = 0; i < triangles.size(); ++i) {
+    const TriangleIndices& t = triangles[i];
+    const bool flat = has_zero_area(positions[t[0]], positions[t[1]], positions[t[2]]);
     mesh.zero_area_triangles += flat;
     if (!flat) used[t[0]] = used[t[1]] = used[t[2]] = true, numbered.push_back({t, i});
   }
-  source.triangles = {};
+  triangles = {};
 
-  const std::vector<uint32_t> remap = sort_positions(source.positions, used, mesh.positions);
-  source.positions = {};
+  const std::vector<uint32_t> remap = sort_positions(positions, used, mesh.positions);
+  positions = {};
   for (Numbered& t : numbered) t.corners = ascending({remap[t.corners[0]], remap[t.corners[1]], remap[t.corners[2]]});
   std::sort(numbered.begin(), numbered.end());
   for (const Numbered& t : numbered) {
@@ -91,6 +103,7 @@ void weld(SourceMesh&& source, PreparedMesh& mesh) {
   }
   mesh.duplicate_triangles = numbered.size() - mesh.triangles.size();
   mesh.triangles.shrink_to_fit();
+  return mesh;
 }
 
-}  // namespace vcd::baker
+}  // namespace vcd
