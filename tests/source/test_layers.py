@@ -24,7 +24,7 @@ LAYERS = {
     "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
     "tools/lab/scenes": ({}, {"nlohmann"}),
     "tools/lab/render": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes"},
-                         {"CLI", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
+                         {"CLI", "hwy", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
     "tools/lab/bench": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/library", "tools/lab/scenes", "tools/lab/render"},
                         {"CLI", "embree3", "nlohmann"}),
