@@ -53,12 +53,12 @@ std::optional<uint32_t> KnownCells::all_of(const Cell& cell) const {
                         {tree.blocks16, tree.shape.has_blocks16 ? 1u : 0u}};
   auto found =
       step([&](uint32_t i) { return tree.top[cell.pair << (4 * tree.shape.top_levels) | i]; }, tree.shape.top_levels);
-  for (const auto& [words, bits] : pools) {
+  for (const Pool& pool : pools) {
     if (!found || *found < kUniformBlocks) return found;
-    if (bits == 0) continue;
+    if (pool.bits == 0) continue;
     if (cell.level < level) return std::nullopt;
     index = *found;
-    found = step([&](uint32_t i) { return words[(size_t{index} << (4 * bits)) + i]; }, bits);
+    found = step([&](uint32_t i) { return pool.words[(size_t{index} << (4 * pool.bits)) + i]; }, pool.bits);
   }
   if (!found || *found < kUniformBlocks) return found;
   if (cell.level < level) {  // above the bricks, all one brick: it may be blocked by statistics as a whole

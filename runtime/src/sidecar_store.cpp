@@ -30,9 +30,11 @@ Result<std::vector<fs::path>> sidecars_below(const fs::path& folder) {
 }
 
 struct StoredFile {
+  explicit StoredFile(const fs::path& at) : path(at) {}
+
   fs::path path;
-  std::once_flag once = {};
-  std::optional<Result<Sidecar>> opened = {};
+  std::once_flag once;
+  std::optional<Result<Sidecar>> opened;
 };
 
 }  // namespace

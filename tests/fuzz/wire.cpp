@@ -7,6 +7,7 @@
 #include "ingest/wire.h"
 
 namespace vcd::fuzz {
+using namespace baker;
 namespace {
 
 void read_back(const uint8_t* data, size_t size) {

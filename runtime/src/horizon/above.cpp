@@ -32,7 +32,8 @@ bool begins(const HorizonFrame& f, const Segment& s) {
   for (int i = 0; i < 3; ++i) {
     const float moved = s.t_min * s.direction[i];
     r[i] = s.origin[i] - f.corner[i];
-    good &= (std::fabs(r[i]) <= near) & (std::fabs(moved) <= near);
+    good &= std::fabs(r[i]) <= near;
+    good &= std::fabs(moved) <= near;
     r[i] += moved;
   }
   const float u = horizon::along(f.x, r), v = horizon::along(f.y, r), w = horizon::along(f.n, r);
