@@ -401,11 +401,11 @@ nlohmann::json document_of(const std::vector<std::byte>& glb) {
   return nlohmann::json::parse(text, text + header[3]);
 }
 
-TEST(Glb, DescribesNodesCameraAndBounds) {
+TEST(Glb, DescribesNodesCameraLightsAndBounds) {
   const Scene scene = scenes::forest({.instances = 5, .species = 2, .leaves = 50});
   const nlohmann::json document = document_of(scenes::to_glb(scene));
-  ASSERT_EQ(document["nodes"].size(), 6u);
-  EXPECT_EQ(document["scenes"][0]["nodes"].size(), 6u);
+  ASSERT_EQ(document["nodes"].size(), 6 + scene.lights.size());
+  EXPECT_EQ(document["scenes"][0]["nodes"].size(), 6 + scene.lights.size());
   for (size_t i = 0; i < 5; ++i) {
     const nlohmann::json& node = document["nodes"][i];
     EXPECT_EQ(node["mesh"], scene.instances[i].mesh);
@@ -425,6 +425,15 @@ TEST(Glb, DescribesNodesCameraAndBounds) {
     along -= eye["matrix"][8 + a].get<double>() * d, length2 += d * d;
   }
   EXPECT_NEAR(along, std::sqrt(length2), 1e-4);
+  for (size_t l = 0; l < scene.lights.size(); ++l) {  // the corner, from the node's middle, axes and sizes
+    const nlohmann::json& node = document["nodes"][6 + l];
+    const nlohmann::json& size = node["extras"]["area_light"];
+    for (int a = 0; a < 3; ++a)
+      EXPECT_NEAR(node["matrix"][12 + a].get<double>() -
+                      0.5 * (node["matrix"][a].get<double>() * size["width"].get<double>() +
+                             node["matrix"][4 + a].get<double>() * size["height"].get<double>()),
+                  scene.lights[l].corner[a], 1e-4);
+  }
   EXPECT_NEAR(document["cameras"][0]["perspective"]["yfov"].get<double>(),
               camera.vertical_fov_degrees * 3.14159265358979 / 180, 1e-9);
   for (size_t m = 0; m < 2; ++m) {
