@@ -96,10 +96,11 @@ std::string on_the_wire(const Result<baker::Ingested>& result) {
 }
 
 baker::Ingested two_meshes() {
-  baker::Ingested ingested{{triangle(), cube()}, {"a note"}, {}, {{"two.gltf", {1}}, {"two.bin", {2}}}};
+  baker::Ingested ingested{{triangle(), cube()}, {"a note"}, {}, {}, {{"two.gltf", {1}}, {"two.bin", {2}}}};
   ingested.meshes[1].shift = {1.5, -2, 3e6};
   ingested.meshes[1].left_out = {1, 2};
   ingested.placements = {{.mesh = 1}, {.mesh = 0, .transform = {0, 1, 0, 4, -1, 0, 0, 5, 0, 0, 2, 6}}};
+  ingested.lights = {{.position = {1, 2, 3}, .range = 9}, {.shape = baker::SceneLight::Shape::sky}};
   return ingested;
 }
 
