@@ -257,13 +257,17 @@ TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {
         scene->occluded(bundle, blocked);
         for (size_t k = 0; k < count; ++k)
           ASSERT_EQ((blocked[k / 64] >> k % 64 & 1) != 0, judged.blocked(*scene, segment_of(bundle, k), ~0u)) << k;
-        // To points all around, near to each other, or beyond what a scene trusts.
+        // To points all around, or near to each other; from inside an instance, half of them beyond what a scene
+        // trusts.
+        const bool far = i % 4 == 1;
+        const Transform& inside = judged.instances[random.below(JudgedScene::kInstances)].to_world;
         std::vector<float> x(count), y(count), z(count);
-        const float spread = i % 3 == 0 ? 9 : 0.5f, away = i % 10 == 1 ? 0x1p50f : 4;
+        const float spread = i % 3 == 0 ? 9 : 0.5f;
         for (size_t k = 0; k < count; ++k)
-          x[k] = away + random.between(-spread, spread), y[k] = random.between(-spread, spread),
+          x[k] = (far && k % 2 ? 0x1p50f : 4) + random.between(-spread, spread), y[k] = random.between(-spread, spread),
           z[k] = random.between(-spread, spread);
-        const PointBundle points{{bundle.origin[0], bundle.origin[1], bundle.origin[2]}, x, y, z};
+        PointBundle points{{bundle.origin[0], bundle.origin[1], bundle.origin[2]}, x, y, z};
+        for (int a = 0; far && a < 3; ++a) points.origin[a] = inside.rows[a][3];
         const uint32_t self = i % 2 ? kNoInstance : random.below(JudgedScene::kInstances);
         scene->occluded(points, blocked, {~0u, std::span(&self, 1)});
         for (size_t k = 0; k < count; ++k)
