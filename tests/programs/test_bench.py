@@ -220,6 +220,16 @@ class Segments(Case):
         other = self.mesh("other.obj", soup(5))
         self.run_program("vc-bench", "segments", sidecar, other, code=8)
 
+    def test_older_instructions_hold_both_sides(self):
+        mesh, sidecar = self.baked()
+        done = self.run_program("vc-bench", "segments", sidecar, mesh, "--points", 20, "--repetitions", 1, "--instructions",
+                                "sse4", "--format", "json")
+        report = json.loads(done.stdout)
+        self.assertIn("SSE", report["machine"])
+        self.assertNotIn("AVX", report["machine"])
+        self.assertNotIn("AVX", json.dumps(report["shadow_rays"]["look_ups"]))
+        self.run_program("vc-bench", "segments", sidecar, mesh, "--instructions", "avx9", code=1)
+
     def test_instances(self):
         trees, sidecar = self.folder / "trees.glb", self.folder / "trees.vcd"
         scene = ("forest", "--instances", "5", "--species", "2", "--leaves", "30")

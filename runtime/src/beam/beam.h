@@ -32,10 +32,8 @@ struct BeamFrame {
 inline bool fits(const QuadBundle& b, std::span<const uint64_t> bits) {
   return b.u.size() == b.v.size() && has_words_for(b.size(), bits);
 }
-inline bool fits(const SphereBundle& b, std::span<const uint64_t> bits) {
-  return b.x.size() == b.y.size() && b.x.size() == b.z.size() && has_words_for(b.size(), bits);
-}
-inline bool fits(const PointBundle& b, std::span<const uint64_t> bits) {
+template <class Bundle>  // with x, y and z
+bool fits(const Bundle& b, std::span<const uint64_t> bits) {
   return b.x.size() == b.y.size() && b.x.size() == b.z.size() && has_words_for(b.size(), bits);
 }
 
