@@ -14,6 +14,7 @@
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
+#include "render/path_picture.h"
 #include "render/recorded.h"
 #include "render/recording.h"
 #include "render/renderer.h"
@@ -29,6 +30,8 @@ using namespace vcd::render;
 using namespace vcd::tools;
 
 enum class Shadows { bvh, vcd, both };
+enum class Behind { any, hierarchy, bvh };
+enum class Paths { none, single, wavefronts };
 
 struct Options {
   CommonOptions common;
@@ -37,6 +40,9 @@ struct Options {
   RenderSettings render;
   std::string size = "480x320";
   Shadows shadows = Shadows::vcd;
+  Behind behind = Behind::any;
+  Paths paths = Paths::none;
+  PathPicture path_picture;
   std::vector<std::string> views = {"shaded"};
   std::vector<std::string> sidecars;
   library::BakeSettings settings{.depth = 5};
@@ -66,7 +72,7 @@ class TemporaryFile {
 // One way of casting shadows: its picture, and its counts where a view needs them.
 struct Variant {
   std::string name;  // "bvh" or "vcd"
-  ShadowWays ways;
+  std::string way;   // what answered
   Rendered rendered;
   std::optional<CensusPass> census;
 };
@@ -148,20 +154,46 @@ class Program {
     auto opened = open_sidecars(*world_, paths);
     if (!opened) return opened.error();
     sidecars_.emplace(std::move(*opened));
+    if ((options_.behind == Behind::hierarchy || options_.paths != Paths::none) &&
+        !have_hierarchies(sidecars_->objects))
+      return Error{ErrorCode::usage, paths[0] + ": without a hierarchy of triangles, which " +
+                                         (options_.paths == Paths::none ? "--behind hierarchy" : "--paths") +
+                                         " needs; bake it again without --no-hierarchy"};
+    if (options_.paths != Paths::none) sidecar_paths_.emplace(*world_, sidecars_->objects, true);
     return std::nullopt;
+  }
+
+  // Where no BVH is behind them.
+  std::string answered_by() const {
+    return some_has_horizons(sidecars_->objects) ? "look-ups, horizons, hierarchy" : "look-ups, hierarchy";
+  }
+  bool by_hierarchy(const std::string& name) const {
+    return name == "vcd" && options_.behind != Behind::bvh && have_hierarchies(sidecars_->objects);
   }
 
   std::unique_ptr<ShadowCaster> caster(const std::string& name, const ShadowWays& ways) const {
     if (name == "bvh") return std::make_unique<BvhShadows>(*world_, ways);
+    if (by_hierarchy(name)) return std::make_unique<HierarchyShadows>(*world_, sidecars_->objects, true);
     return std::make_unique<SidecarShadows>(*world_, sidecars_->objects, ways);
   }
 
-  Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
+  std::unique_ptr<PathCaster> path_caster(const std::string& name, EmbreeQuery way) const {
+    if (name == "bvh") return std::make_unique<BvhPaths>(*world_, way);
+    return std::make_unique<HierarchyPaths>(*sidecar_paths_, options_.path_picture.wavefronts);
+  }
+
+  // draw(hooks) -> Result<Rendered>.
+  template <class Draw>
+  Result<Rendered> drawn(const std::string& label, const Draw& draw) const {
     ProgressLine line(world_->name + " " + label, options_.common.quiet);
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render::render(*world_, options_.render, make_caster, hooks);
+    return draw(hooks);
+  }
+  Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
+    return drawn(
+        label, [&](const RenderHooks& hooks) { return render::render(*world_, options_.render, make_caster, hooks); });
   }
 
   // Of the first variant: the others ask the same.
@@ -178,16 +210,42 @@ class Program {
     return std::nullopt;
   }
 
+  Result<Rendered> render_bundles(Variant& variant, std::optional<Recorder>& recorder) const {
+    ShadowWays ways;
+    if (by_hierarchy(variant.name)) {
+      variant.way = answered_by();
+    } else {
+      ways = fastest_ways(*world_, options_.render, variant.name == "vcd",
+                          [&](const ShadowWays& w) { return caster(variant.name, w); });
+      variant.way = text_of(ways);
+    }
+    return render_with(variant.name, [&]() -> std::unique_ptr<ShadowCaster> {
+      if (!recorder) return caster(variant.name, ways);
+      return std::make_unique<RecordedShadows>(caster(variant.name, ways), recorder->thread());
+    });
+  }
+
+  Result<Rendered> render_paths(Variant& variant, std::optional<Recorder>& recorder) const {
+    EmbreeQuery way;
+    if (variant.name == "bvh") way = fastest_way(*world_, options_.render, options_.path_picture);
+    variant.way = variant.name == "bvh" ? name_of(way) : answered_by();
+    return drawn(variant.name, [&](const RenderHooks& hooks) {
+      return render::render_paths(
+          *world_, options_.render, options_.path_picture,
+          [&]() -> std::unique_ptr<PathCaster> {
+            if (!recorder) return path_caster(variant.name, way);
+            return std::make_unique<RecordedPaths>(path_caster(variant.name, way), recorder->thread());
+          },
+          hooks);
+    });
+  }
+
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
-    variant.ways =
-        fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
     auto recorder = recorder_if_asked();
     if (!recorder) return recorder.error();
-    auto rendered = render_with(name, [&]() -> std::unique_ptr<ShadowCaster> {
-      if (!*recorder) return caster(name, variant.ways);
-      return std::make_unique<RecordedShadows>(caster(name, variant.ways), (*recorder)->thread());
-    });
+    auto rendered =
+        options_.paths == Paths::none ? render_bundles(variant, *recorder) : render_paths(variant, *recorder);
     if (!rendered) return rendered.error();
     if (*recorder)
       if (auto error = write_recorded(**recorder)) return error;
@@ -251,7 +309,7 @@ class Program {
 
   Json describe(const Variant& v) const {
     Json json{{"shadows", v.name},
-              {"packets", text_of(v.ways)},
+              {"answered_by", v.way},
               {"seconds", v.rendered.seconds},
               {"shadow_thread_seconds", v.rendered.shadow_seconds},
               {"shadow_segments", v.rendered.shadow_segments}};
@@ -289,7 +347,7 @@ class Program {
       std::printf(
           "  %s  %s, %.1f ns a shadow ray (%s)\n", v.name.c_str(), readable_seconds(v.rendered.seconds).c_str(),
           1e9 * v.rendered.shadow_seconds / static_cast<double>(std::max<uint64_t>(v.rendered.shadow_segments, 1)),
-          text_of(v.ways).c_str());
+          v.way.c_str());
       if (!v.census) continue;
       std::printf("       %s ray-triangle tests of shadow rays",
                   readable_count(static_cast<double>(v.census->tests)).c_str());
@@ -312,6 +370,7 @@ class Program {
   std::optional<World> world_;
   TemporaryFile temporary_;
   std::optional<WorldSidecars> sidecars_;
+  std::optional<SidecarPaths> sidecar_paths_;
   std::optional<TestCounter> counter_;
   std::vector<Variant> variants_;
   std::vector<std::string> files_;
@@ -324,6 +383,11 @@ std::string check(Options& options) {
       options.render.width < 1 || options.render.height < 1 || options.render.width > 16384 ||
       options.render.height > 16384)
     return "--size " + options.size + ": not WIDTHxHEIGHT, each 1 to 16384";
+  if (options.paths != Paths::none) {
+    if (options.wants("tests") || options.wants("fallback")) return "--paths has no views tests and fallback";
+    if (options.behind == Behind::bvh) return "--paths asks sidecars without a BVH behind them: not with --behind bvh";
+    options.path_picture.wavefronts = options.paths == Paths::wavefronts;
+  }
   if (options.wants("difference") && options.shadows != Shadows::both)
     return "the view difference needs --shadows both";
   if (options.wants("fallback") && options.shadows == Shadows::bvh)
@@ -342,7 +406,7 @@ int main(int argc, char** argv) {
   CLI::App app{
       "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights. Shadow "
       "rays\n"
-      "are answered by Embree (bvh), by sidecars and Embree for rays that stay unclassified (vcd), or by each (both)."};
+      "are answered by Embree (bvh), by sidecars (vcd), or by each (both)."};
   app.add_option("scene", options.names, "A generated scene, or mesh files")
       ->required()
       ->type_name("sierpinski|hairball|forest|MESH...");
@@ -351,6 +415,21 @@ int main(int argc, char** argv) {
   app.add_option("--shadows", options.shadows, "What answers shadow rays (default: vcd)")
       ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
       ->type_name("bvh|vcd|both");
+  const std::map<std::string, Behind> kBehind = {{"hierarchy", Behind::hierarchy}, {"bvh", Behind::bvh}};
+  app.add_option("--behind", options.behind,
+                 "What answers shadow rays that look-ups leave unclassified: the sidecars' hierarchies, or Embree\n"
+                 "(default: hierarchy, where all sidecars have one)")
+      ->transform(CLI::CheckedTransformer(kBehind, CLI::ignore_case).description(""))
+      ->type_name("hierarchy|bvh");
+  const std::map<std::string, Paths> kPaths = {{"single", Paths::single}, {"wavefronts", Paths::wavefronts}};
+  CLI::Option* paths = app.add_option("--paths", options.paths,
+                                      "Trace paths instead, a shadow ray at each of their points, to a light or to the "
+                                      "sky:\nray by ray, or those of 4,096 paths at once. --pixel-samples counts paths")
+                           ->transform(CLI::CheckedTransformer(kPaths, CLI::ignore_case).description(""))
+                           ->type_name("single|wavefronts");
+  app.add_option("--bounces", options.path_picture.bounces, "Points of a path (default: 4)")
+      ->check(CLI::Range(1u, kMostBounces))
+      ->needs(paths);
   app.add_option("--views", options.views,
                  "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
                  "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
@@ -366,7 +445,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(1, 4096));
   app.add_option("--light-samples", options.render.light_samples,
                  "Shadow rays from each point to each light (default: 128)")
-      ->check(CLI::Range(size_t{1}, kMaxBundle));
+      ->check(CLI::Range(size_t{1}, kMaxBundle))
+      ->excludes(paths);
   app.add_option("--seed", options.render.seed, "Of the samples (default: 1)");
   app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
   app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
