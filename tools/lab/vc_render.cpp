@@ -1,24 +1,18 @@
 // vc-render: pictures with soft shadows, by Embree alone or with sidecars, and what the sidecars saved.
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <random>
-#include <set>
 
 #include <vcd/writer/demand.h>
 
-#include "bake/options.h"
 #include "common/describe.h"
-#include "common/program.h"
 #include "common/progress.h"
+#include "picture_options.h"
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
-#include "render/path_picture.h"
 #include "render/recorded.h"
 #include "render/recording.h"
-#include "render/renderer.h"
-#include "render/scene_source.h"
 #include "render/sidecars.h"
 
 namespace {
@@ -28,31 +22,6 @@ using namespace vcd;
 using namespace vcd::baker;
 using namespace vcd::render;
 using namespace vcd::tools;
-
-enum class Shadows { bvh, vcd, both };
-enum class Behind { any, hierarchy, bvh };
-enum class Paths { none, single, wavefronts };
-
-struct Options {
-  CommonOptions common;
-  std::vector<std::string> names;
-  SceneOptions scene;
-  RenderSettings render;
-  std::string size = "480x320";
-  Shadows shadows = Shadows::vcd;
-  Behind behind = Behind::any;
-  Paths paths = Paths::none;
-  PathPicture path_picture;
-  std::vector<std::string> views = {"shaded"};
-  std::vector<std::string> sidecars;
-  library::BakeSettings settings{.depth = 5};
-  std::string output, record;
-  size_t most_recorded = Recorder::kDefaultMost;
-  bool exr = false;
-  double exposure = 1, amplify = 20;
-
-  bool wants(const char* view) const { return std::find(views.begin(), views.end(), view) != views.end(); }
-};
 
 // A sidecar that is baked for this picture only.
 class TemporaryFile {
@@ -79,7 +48,7 @@ struct Variant {
 
 class Program {
  public:
-  explicit Program(const Options& options) : options_(options) {}
+  explicit Program(const PictureOptions& options) : options_(options) {}
 
   int run() {
     SceneOptions scene = options_.scene;
@@ -366,7 +335,7 @@ class Program {
     for (const std::string& file : files_) std::printf("  %s\n", file.c_str());
   }
 
-  const Options& options_;
+  const PictureOptions& options_;
   std::optional<World> world_;
   TemporaryFile temporary_;
   std::optional<WorldSidecars> sidecars_;
@@ -376,98 +345,15 @@ class Program {
   std::vector<std::string> files_;
 };
 
-// Empty, or what is wrong with the options.
-std::string check(Options& options) {
-  char trailing = 0;
-  if (std::sscanf(options.size.c_str(), "%ux%u%c", &options.render.width, &options.render.height, &trailing) != 2 ||
-      options.render.width < 1 || options.render.height < 1 || options.render.width > 16384 ||
-      options.render.height > 16384)
-    return "--size " + options.size + ": not WIDTHxHEIGHT, each 1 to 16384";
-  if (options.paths != Paths::none) {
-    if (options.wants("tests") || options.wants("fallback")) return "--paths has no views tests and fallback";
-    if (options.behind == Behind::bvh) return "--paths asks sidecars without a BVH behind them: not with --behind bvh";
-    options.path_picture.wavefronts = options.paths == Paths::wavefronts;
-  }
-  if (options.wants("difference") && options.shadows != Shadows::both)
-    return "the view difference needs --shadows both";
-  if (options.wants("fallback") && options.shadows == Shadows::bvh)
-    return "the view fallback needs --shadows vcd or both";
-  if (!options.record.empty() && !library::may_be_written(options.record))
-    return "--record " + options.record + ": is named like a mesh or a sidecar";
-  const fs::path folder = fs::path(options.output).parent_path();
-  if (!folder.empty() && !fs::is_directory(folder)) return options.output + ": its folder does not exist";
-  return {};
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options options;
+  PictureOptions options;
   CLI::App app{
       "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights. Shadow "
       "rays\n"
       "are answered by Embree (bvh), by sidecars (vcd), or by each (both)."};
-  app.add_option("scene", options.names, "A generated scene, or mesh files")
-      ->required()
-      ->type_name("sierpinski|hairball|forest|MESH...");
-  const std::map<std::string, Shadows> kShadows = {
-      {"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
-  app.add_option("--shadows", options.shadows, "What answers shadow rays (default: vcd)")
-      ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
-      ->type_name("bvh|vcd|both");
-  const std::map<std::string, Behind> kBehind = {{"hierarchy", Behind::hierarchy}, {"bvh", Behind::bvh}};
-  app.add_option("--behind", options.behind,
-                 "What answers shadow rays that look-ups leave unclassified: the sidecars' hierarchies, or Embree\n"
-                 "(default: hierarchy, where all sidecars have one)")
-      ->transform(CLI::CheckedTransformer(kBehind, CLI::ignore_case).description(""))
-      ->type_name("hierarchy|bvh");
-  const std::map<std::string, Paths> kPaths = {{"single", Paths::single}, {"wavefronts", Paths::wavefronts}};
-  CLI::Option* paths = app.add_option("--paths", options.paths,
-                                      "Trace paths instead, a shadow ray at each of their points, to a light or to the "
-                                      "sky:\nray by ray, or those of 4,096 paths at once. --pixel-samples counts paths")
-                           ->transform(CLI::CheckedTransformer(kPaths, CLI::ignore_case).description(""))
-                           ->type_name("single|wavefronts");
-  app.add_option("--bounces", options.path_picture.bounces, "Points of a path (default: 4)")
-      ->check(CLI::Range(1u, kMostBounces))
-      ->needs(paths);
-  app.add_option("--views", options.views,
-                 "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
-                 "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}).description(""))
-      ->type_name("shaded|tests|fallback|difference");
-  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")
-      ->type_name("PATH");
-  app.add_flag("--exr", options.exr, "Write the shaded pictures as linear OpenEXR too");
-  app.add_option("--size", options.size, "Of the picture (default: 480x320)")->type_name("WxH");
-  app.add_option("--pixel-samples", options.render.pixel_samples, "Camera rays a pixel (default: 16)")
-      ->check(CLI::Range(1, 4096));
-  app.add_option("--light-samples", options.render.light_samples,
-                 "Shadow rays from each point to each light (default: 128)")
-      ->check(CLI::Range(size_t{1}, kMaxBundle))
-      ->excludes(paths);
-  app.add_option("--seed", options.render.seed, "Of the samples (default: 1)");
-  app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
-  app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
-  app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--sidecar", options.sidecars,
-                 "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else one is baked on the spot)")
-      ->allow_extra_args(false)
-      ->type_name("SIDECAR");
-  app.add_option("--record", options.record,
-                 "Write the shadow rays, or an even sample of them, as a demand: for vc-bake --for")
-      ->type_name("FILE");
-  app.add_option("--most-recorded", options.most_recorded, "Shadow rays that each thread records (default: 262144)")
-      ->check(CLI::Range(size_t{1}, size_t{1} << 24));
-  app.add_option("-d,--depth", options.settings.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
-      ->check(CLI::Range(1, 8));
-  for (const library::Setting& setting : library::settings_table())
-    if (setting.name == "method" || setting.name == "samples") add_setting(app, options.settings, setting);
-  add_reading_settings(app, options.settings);
-  add_scene_options(app, options.scene);
-  add_common_options(app, options.common);
+  add_options(app, options);
   return run_program(app, argc, argv, [&] {
     if (const std::string fault = check(options); !fault.empty()) {
       print_error(fault);
