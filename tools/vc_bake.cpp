@@ -13,6 +13,7 @@
 #include "bake/events.h"
 #include "bake/options.h"
 #include "bake/report.h"
+#include "common/health_report.h"
 #include "common/limits.h"
 #include "common/meshes.h"
 #include "common/paths.h"
@@ -227,11 +228,15 @@ Json plan_object(const Options& options, const Asset& asset, const PreparedMesh&
   if (options.common.format == OutputFormat::text) {
     std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), mesh.source_index, name.c_str(),
                 mesh.triangles.size());
+    std::fputs(health_summary(planned->health).c_str(), stdout);
+    if (planned->proofs) std::fputs(proofs_summary(*planned->proofs).c_str(), stdout);
     print_plan(*planned);
   }
   return {{"source_index", mesh.source_index},
           {"name", mesh.name},
           {"triangle_count", mesh.triangles.size()},
+          {"surface", describe_health(planned->health)},
+          {"proofs", planned->proofs ? describe_proofs(*planned->proofs) : Json()},
           {"plan", describe_plan(*planned)}};
 }
 

@@ -14,7 +14,7 @@ MeshHealth mesh_health(size_t vertex_count, std::span<const TriangleIndices> tri
   for_each_edge(sides, [&](std::span<const EdgeSide> edge) {
     const auto [low, high, slot] = edge[0];
     for (const EdgeSide& side : edge.subspan(1)) health.components -= pieces.join(slot / 3, side.slot / 3);
-    if (edge.size() > 2) health.complex_edges.push_back({low, high});
+    if (edge.size() > 2) health.nonmanifold_edges.push_back({low, high});
     if (edge.size() > 1) return;
     health.boundary_edges.push_back({low, high});
     // Their vertices, less one for each edge that joins two.
@@ -29,7 +29,7 @@ MeshHealth mesh_health(size_t vertex_count, std::span<const TriangleIndices> tri
     if (fans[corner] == corner && count < 2) ++count;
   }
   for (uint32_t vertex = 0; vertex < vertex_count; ++vertex)
-    if (fans_at[vertex] > 1) health.complex_vertices.push_back(vertex);
+    if (fans_at[vertex] > 1) health.nonmanifold_vertices.push_back(vertex);
   return health;
 }
 

@@ -22,6 +22,7 @@ LAYERS = {
     "tools/verify": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"},
                      {"nlohmann", "pugixml.hpp", "tbb"}),
     "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
+    "tools/info": ({"format", "baker", "tools/common"}, {"nlohmann"}),
     "tools/lab/scenes": ({}, {"nlohmann"}),
     "tools/lab/render": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "hwy", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
@@ -30,7 +31,7 @@ LAYERS = {
                         {"CLI", "embree3", "nlohmann"}),
     "python": ({"format", "writer", "runtime", "baker", "tools/library", "tools/verify"}, {"pybind11"}),
     # Programs and what else a program alone needs: everything below them, but nothing of the lab.
-    "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify", "tools/bake"},
+    "tools": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library", "tools/verify", "tools/bake", "tools/info"},
               {"CLI", "nlohmann", "pugixml.hpp", "tbb"}),
     "tools/lab": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/library", "tools/bake",
                    "tools/lab/scenes", "tools/lab/render", "tools/lab/bench"}, {"CLI", "embree3", "nlohmann"}),
