@@ -67,6 +67,10 @@ std::optional<Error> check_options(const BakeOptions& options) {
   if (options.depth > kMaxDepth) return usage("depth must be 1 to 8, or 0 for automatic");
   if (options.demand && options.depth == 1) return usage("depth of a bake for a demand must be 2 to 8");
   if (options.demand && options.method == Method::none) return usage("method none answers no demand");
+  if (options.depth_elsewhere > kMaxDepth) return usage("depth elsewhere must be 1 to 8, or 0 for none");
+  if (options.depth_elsewhere > 0 && !options.demand) return usage("depth elsewhere needs a demand");
+  if (options.depth > 0 && options.depth_elsewhere > options.depth)
+    return usage("depth elsewhere is more than the depth");
   const bool known = options.samples == 16 || options.samples == 81 || options.samples == 256;
   if (options.samples == 0) return std::nullopt;
   if (options.method == Method::sampled && !known) return usage("samples must be 16, 81 or 256");
@@ -128,8 +132,6 @@ Result<AskedHorizons> horizons_if_asked(const PreparedMesh& mesh, const Hierarch
   return horizons;
 }
 
-// Of a file, what is not its tree: header, tables, names, and what rounds the tree's beginning up to a page.
-constexpr uint64_t kBytesBesideTree = 8192;
 uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min(file_bytes, kBytesBesideTree); }
 
 uint64_t tree_bytes(const TreeView& tree) {
@@ -176,6 +178,7 @@ struct ClassifiedCells {
   Octree octree;
   bool out_of_time;
   uint64_t classified = 0;  // for a demand: cells that were not known
+  std::vector<WorthOfBytes> worth = {};
 };
 
 Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifier& classifier, uint32_t depth,
@@ -205,6 +208,7 @@ Result<ClassifiedCells> classify_asked(std::span<const AskedSegment> asked, cons
   if (!classified) return classified;
   classified->octree.rays += divided->rays;
   classified->classified = divided->classified;
+  classified->worth = std::move(divided->worth);
   classified->out_of_time = divided->out_of_time || deadline.over();
   return classified;
 }
@@ -370,6 +374,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   object.plan = std::move(plan);
   object.rays = classified->octree.rays;
   object.cells_classified = classified->classified;
+  object.worth = std::move(classified->worth);
   object.seconds = since(start);
   object.bytes_before_demotion = bytes;
   object.cells_demoted = demoted.cells_lost;

@@ -42,9 +42,10 @@ class Divider {
     for (const Asked& cell :
          undecided_cells(classifier_, lines_, result_.cells.top_level(), workspaces_, [&] { return over(); }))
       queues_[0].push(cell);
-    queue_known();
+    queue_not_asked();
     for (;;) {
       const std::vector<Job> jobs = next_jobs();
+      if (result_.too_deep_elsewhere) return std::move(result_);
       if (jobs.empty()) break;
       std::vector<Filled> filled(jobs.size());
       tbb::parallel_for(size_t{0}, jobs.size(), [&](size_t i) { filled[i] = fill(jobs[i]); });
@@ -54,6 +55,7 @@ class Divider {
       if (options_.progress) options_.progress(fraction(), result_.rays);
     }
     count_rays();
+    result_.worth.push_back({bytes_, 0});
     return std::move(result_);
   }
 
@@ -99,13 +101,16 @@ class Divider {
   const std::vector<Step>& steps() const { return result_.cells.steps(); }
   // What is worth its bytes just so: it comes after all that is asked.
   double least_weight(size_t step) const { return least_weight_a_byte_ * steps()[step].block_bytes; }
-  // Cells of the top table that nobody asks for and the known tree divides.
-  void queue_known() {
+  // Whether all cells are divided by the step, asked or not: before all others.
+  bool everywhere(size_t step) const { return steps()[step].to <= options_.depth_elsewhere; }
+  // Cells of the top table that nobody asks for and that are divided all the same.
+  void queue_not_asked() {
     std::unordered_set<uint64_t> asked;
     for (const AskedLine& line : lines_) asked.insert(line.key >> (4 * (kKeyLevels - result_.cells.top_level())));
     result_.cells.for_top([&](const Cell& cell) {
-      if (classifier_.divides(cell) && !asked.contains(cell_in_keys(cell)))
-        queues_[0].push({cell, 0, 0, least_weight(0)});
+      const bool divided =
+          classifier_.divides(cell) || (everywhere(0) && result_.cells.class_on_top(cell) == kUnclassified);
+      if (divided && !asked.contains(cell_in_keys(cell))) queues_[0].push({cell, 0, 0, least_weight(0)});
     });
   }
   static BrickWords pattern(uint32_t value) {
@@ -136,6 +141,8 @@ class Divider {
   std::optional<size_t> best_step() const {
     std::optional<size_t> best;
     double most = 0;
+    for (size_t s = 0; s < steps().size() && everywhere(s); ++s)
+      if (!queues_[s].empty()) return s;
     for (size_t s = 0; s < steps().size(); ++s) {
       if (queues_[s].empty() || queues_[s].top().weight < least_weight(s)) continue;
       const double worth = queues_[s].top().weight / cost(s);
@@ -156,6 +163,10 @@ class Divider {
       if (bytes_ + reserved + bytes > options_.budget_bytes) {
         if (!jobs.empty()) break;  // of what is reserved, some may turn out to be equal to what is there
         if (count_bytes_again()) continue;
+        if (everywhere(*best)) {
+          result_.too_deep_elsewhere = true;
+          break;
+        }
         queues_[*best] = {};  // the others of the step are hardly smaller
         continue;
       }
@@ -163,6 +174,8 @@ class Divider {
       jobs.push_back({*best, queues_[*best].top()});
       queues_[*best].pop();
     }
+    if (!jobs.empty() && !everywhere(jobs.back().step))
+      result_.worth.push_back({bytes_, jobs.back().asked.weight / steps()[jobs.back().step].block_bytes});
     return jobs;
   }
 
@@ -272,7 +285,8 @@ class Divider {
     for (uint32_t i = 0; i < classes.size(); ++i) {
       if (classes[i] != kDeeper) continue;
       const Cell cell = steps()[job.step].cell(job.asked.cell, i);
-      const double least = classifier_.divides(cell) ? least_weight(job.step + 1) : 0;
+      const bool divided = everywhere(job.step + 1) || classifier_.divides(cell);
+      const double least = divided ? least_weight(job.step + 1) : 0;
       if (const double of_it = std::max(of_each_other, least); of_it > 0)
         queues_[job.step + 1].push({cell, 0, 0, of_it});
     }

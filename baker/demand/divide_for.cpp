@@ -33,7 +33,7 @@ Result<BestFirst> divide_for(std::span<const AskedSegment> asked, const GridMesh
   auto divided = with_threads(options.threads, [&] {
     const auto start = std::chrono::steady_clock::now();
     const std::vector<AskedLine> lines = asked_lines(grid, tracer, clearances, looked_at);
-    BestFirstOptions how{depth, budget_bytes, deadline, options.stop};
+    BestFirstOptions how{depth, budget_bytes, options.depth_elsewhere, deadline, options.stop};
     if (options.progress)
       how.progress = [&](double fraction, uint64_t rays) {
         options.progress(
@@ -42,6 +42,9 @@ Result<BestFirst> divide_for(std::span<const AskedSegment> asked, const GridMesh
     return divide_best_first(classifier, lines, how);
   });
   if (!divided) return Error{ErrorCode::runtime, place_of(grid.source) + ": stopped"};
+  if (divided->too_deep_elsewhere)
+    return Error{ErrorCode::usage, place_of(grid.source) + ": depth " + std::to_string(options.depth_elsewhere) +
+                                       " everywhere takes more than the budget of bytes"};
   return std::move(*divided);
 }
 

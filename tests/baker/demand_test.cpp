@@ -259,6 +259,49 @@ TEST(BakeForDemand, ItsDepthFollowsFromTheBytes) {
   EXPECT_EQ(before, 8u);
 }
 
+TEST(BakeForDemand, ElsewhereItIsAsDeepAsItIsTold) {
+  const PreparedMesh mesh = foliage();
+  const Demand demand = demand_of(mesh);
+  BakeOptions ordinary;
+  ordinary.method = Method::proven, ordinary.depth = 4;
+  BakeOptions options = options_for(demand, Method::proven, 6);
+  options.budget_bytes = uint64_t{2} << 20;
+  const auto coarse = bake(mesh, options);
+  options.depth_elsewhere = 4;
+  const auto deep = bake(mesh, options), everywhere = bake(mesh, ordinary);
+  ASSERT_TRUE(coarse && deep && everywhere) << (deep ? "" : deep.error().message);
+  const GridFrame frame = make_grid_frame(mesh.box_min.data(), mesh.box_max.data());
+  const auto answer = [&](const BakedObject& object, const Segment& s) {
+    const TreeView tree = object.tree();
+    return classify(frame, tree, tree.shape, s);
+  };
+  FloatRandom random(9);
+  size_t decided = 0, missed_by_coarse = 0;
+  for (int i = 0; i < 20000; ++i) {
+    Segment s{{}, 0, {}, 1};
+    for (size_t a = 0; a < 3; ++a) {
+      const float size = mesh.box_max[a] - mesh.box_min[a], middle = mesh.box_min[a] + 0.5f * size;
+      s.origin[a] = middle + size * random.between(-2, 2);
+      s.direction[a] = 2 * (middle + size * random.between(-0.5f, 0.5f) - s.origin[a]);
+    }
+    const Visibility expected = answer(*everywhere, s);
+    if (expected == Visibility::unclassified) continue;
+    ++decided;
+    EXPECT_EQ(answer(*deep, s), expected);
+    missed_by_coarse += answer(*coarse, s) == Visibility::unclassified;
+  }
+  EXPECT_GT(decided, 5000u);
+  EXPECT_GT(missed_by_coarse, decided / 20);
+
+  options.budget_bytes = uint64_t{300} << 10;
+  const auto too_small = bake(mesh, options);
+  ASSERT_FALSE(too_small);
+  EXPECT_EQ(too_small.error().code, ErrorCode::usage);
+  EXPECT_NE(too_small.error().message.find("depth 4 everywhere"), std::string::npos) << too_small.error().message;
+  options.demand = nullptr;
+  EXPECT_FALSE(bake(mesh, options));
+}
+
 TEST(BakeForDemand, WhatCannotBeBakedForSaysSo) {
   const PreparedMesh mesh = foliage();
   const auto fault = [&](const BakeOptions& options) {

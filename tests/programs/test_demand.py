@@ -230,6 +230,41 @@ class BakesForADemand(Case):
         self.assertNotEqual(*found)
         self.run_program("vc-bake", self.soup, "--for-above", "up", *options, code=1)
 
+    def test_objects_of_a_file_share_its_bytes_by_what_they_gain(self):
+        floats = [float(x) for line in soup(60).splitlines() if line.startswith("v ") for x in line.split()[1:4]]
+        data = struct.pack(f"<{len(floats)}f", *floats)
+        accessor = {"bufferView": 0, "componentType": 5126, "type": "VEC3", "min": [-9] * 3, "max": [9] * 3}
+        counts = (len(floats) // 3, 60)  # all triangles, and the first twenty
+        gltf = {"asset": {"version": "2.0"}, "accessors": [{**accessor, "count": n} for n in counts],
+                "buffers": [{"uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode(), "byteLength": len(data)}],
+                "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": len(data)}],
+                "meshes": [{"primitives": [{"attributes": {"POSITION": i}}]} for i in range(2)]}
+        scene = self.mesh("two.gltf", json.dumps(gltf))
+        options = ("--for-above", "y", "--audit", 3000, "--method", "proven", "-d", 6)
+        sizes = {}
+        for megabytes in (0.5, 1):
+            self.run_program("vc-bake", scene, *options, "--total-mb", megabytes)
+            done = self.run_program("vc-info", f"{scene}.vcd", "--format", "json").stdout
+            sizes[megabytes] = [o["blocks"]["bricks"] for o in json.loads(done)["files"][0]["objects"]]
+            self.assertLessEqual(pathlib.Path(f"{scene}.vcd").stat().st_size, megabytes * 2 ** 20)
+        self.assertGreater(sum(sizes[1]), 1.2 * sum(sizes[0.5]))
+        once = pathlib.Path(f"{scene}.vcd").read_bytes()
+        self.run_program("vc-bake", scene, *options, "--total-mb", 1, "-j", 1)
+        self.assertEqual(pathlib.Path(f"{scene}.vcd").read_bytes(), once)
+        self.assertIn("nothing to do", self.run_program("vc-bake", scene, *options, "--total-mb", 1, "--update", "--dry-run").stdout)
+        self.assertIn("bytes at the least", self.run_program("vc-bake", scene, *options, "--total-mb", 0.02, code=1).stderr)
+        self.assertIn("need --for", self.run_program("vc-bake", scene, "--total-mb", 1, code=1).stderr)
+        self.assertIn("need --for", self.run_program("vc-bake", scene, "--depth-elsewhere", 5, code=1).stderr)
+
+    def test_elsewhere_a_bake_can_be_deeper(self):
+        clear = []
+        for elsewhere in ("none", 4):
+            self.run_program("vc-bake", self.soup, "--for", self.demand, "--audit", 3000, "-d", 6, "--depth-elsewhere", elsewhere, "--budget-mb", 3)
+            clear.append(self.object()["cells"]["clear"])
+        self.assertGreater(clear[1], clear[0])
+        options = ("--for", self.demand, "--depth", 8, "--depth-elsewhere", 6, "--budget-mb", 0.3)
+        self.assertIn("depth 6 everywhere takes more", self.run_program("vc-bake", self.soup, *options, code=1).stderr)
+
     def test_that_cannot_be_say_so_and_write_nothing(self):
         pathlib.Path(f"{self.soup}.vcd").unlink()
         self.assertIn("--plan forecasts no bake for a demand", self.bake("--plan", code=1).stderr)

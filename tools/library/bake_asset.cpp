@@ -17,6 +17,7 @@
 #include "common/describe.h"
 #include "common/meshes.h"
 #include "common/paths.h"
+#include "share_out.h"
 
 namespace vcd::library {
 
@@ -73,6 +74,8 @@ class AssetBake {
     const DemandFile& demand = asset_.settings.demand;
     if (!demand.path.empty() + asset_.settings.for_lights + (asset_.settings.for_above > 0) > 1)
       return Error{ErrorCode::usage, "--for, --for-lights and --for-above exclude one another"};
+    if (!asset_.settings.for_a_demand() && (asset_.settings.total_mb > 0 || asset_.settings.depth_elsewhere > 0))
+      return Error{ErrorCode::usage, "--total-mb and --depth-elsewhere need --for, --for-lights or --for-above"};
     if (demand.path.empty()) return std::nullopt;
     auto read = read_demand(demand.path);
     if (!read) return read.error();
@@ -89,15 +92,18 @@ class AssetBake {
     return std::nullopt;
   }
   std::optional<Error> finish_all(MeshFile& file) {
-    while (const auto mesh = next(file)) {
+    std::vector<PreparedMesh> together;
+    while (auto mesh = next(file)) {
       if (asset_.settings.for_above > 0) {
         auto demand = demand_from_above(*mesh, static_cast<Axis>(asset_.settings.for_above - 1));
         if (!demand) return demand.error();
-        demand_ = std::move(*demand);
+        if (!demand_) demand_.emplace();
+        demand_->merge(*demand);
       }
-      if (auto unfinished = finish_one(*mesh)) return unfinished;
+      if (asset_.settings.total_mb > 0) together.push_back(std::move(*mesh));
+      else if (auto unfinished = finish_one(*mesh)) return unfinished;
     }
-    return std::nullopt;
+    return together.empty() ? std::nullopt : finish_together(together);
   }
   // The lights' demand needs all meshes at once.
   std::optional<Error> finish_lit(MeshFile& file) {
@@ -112,6 +118,7 @@ class AssetBake {
     auto demand = demand_of_lights(instances, file.lights());
     if (!demand) return demand.error();
     demand_ = std::move(*demand);
+    if (asset_.settings.total_mb > 0) return finish_together(meshes);
     for (const PreparedMesh& mesh : meshes)
       if (auto unfinished = finish_one(mesh)) return unfinished;
     return std::nullopt;
@@ -129,29 +136,81 @@ class AssetBake {
     return found->second;
   }
 
+  // Each as if all bytes were its own, then with its share of them, where nothing is classified again.
+  std::optional<Error> finish_together(const std::vector<PreparedMesh>& meshes) {
+    const auto total = static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
+    std::vector<FinishedObject> alone;
+    std::vector<WantedBytes> wanted;
+    uint64_t least = 0;
+    const auto [notes, left_out] = std::pair(notes_, left_out_);
+    for (const PreparedMesh& mesh : meshes) {
+      auto object = finish(mesh, Part{.budget_bytes = total, .audited = false});
+      if (!object) return object.error();
+      wanted.push_back(wanted_bytes(*object));
+      least += wanted.back().least;
+      alone.push_back(std::move(*object));
+    }
+    notes_ = notes, left_out_ = left_out;  // they will be said again
+    const auto shares = share_out(total, wanted);
+    if (!shares)
+      return fault(ErrorCode::usage,
+                   "its objects take " + std::to_string(least) + " bytes at the least, more than --total-mb");
+    for (size_t i = 0; i < meshes.size(); ++i) {
+      const BakedObject& known = alone[i].baked;
+      auto object =
+          finish(meshes[i], Part{.budget_bytes = (*shares)[i], .known = KnownTree{known.record, known.tree()}});
+      if (!object) return object.error();
+      objects_.push_back(std::move(*object));
+    }
+    return std::nullopt;
+  }
+
+  // bake() leaves out hierarchies of more than half of a budget, and horizons of more than a quarter.
+  static WantedBytes wanted_bytes(const FinishedObject& object) {
+    const ObjectToWrite parts = object.to_write();
+    const uint64_t hierarchy = parts.hierarchy.size(), horizons = parts.horizon.size();
+    const uint64_t tree = object.baked.worth.empty() ? 0 : object.baked.worth.front().bytes;
+    return {std::max({2 * hierarchy, 4 * horizons, kBytesBesideTree + hierarchy + horizons + tree}),
+            object.baked.worth};
+  }
+
   std::optional<PreparedMesh> next(MeshFile& file) {
     context_.on_stage("preparing");
     return file.next();
   }
 
+  // What an object of several gets.
+  struct Part {
+    uint64_t budget_bytes = 0;
+    bool audited = true;
+    std::optional<KnownTree> known = {};
+  };
+
   // From the mesh to its object: known already, or baked.
-  Result<FinishedObject> finish(const PreparedMesh& mesh) {
+  Result<FinishedObject> finish(const PreparedMesh& mesh, const std::optional<Part>& part = {}) {
     if (mesh.left_out.any())
       left_out_ += std::to_string(mesh.source_index) + " not-opaque=" + std::to_string(mesh.left_out.not_opaque) +
                    " deforming=" + std::to_string(mesh.left_out.deforming) + "\n";
     FinishedObject finished{mesh.duplicate_triangles, mesh.zero_area_triangles};
     const std::span<const AskedSegment> asked = asked_of(mesh);
-    // What a scene's lights ask depends on the whole scene, which neither the sidecar nor the cache knows objects by.
-    const bool may_be_known = !asset_.settings.for_lights;
+    // What a scene's lights ask, and what is an object's share, depends on the whole scene, which neither the sidecar
+    // nor the cache knows objects by.
+    const bool may_be_known = !asset_.settings.for_lights && !part;
     if (context_.reuse && may_be_known) finished.known = find_in_sidecar(asset_.output, mesh, asset_.settings);
     if (!finished.known && may_be_known) finished.known = cache_.find(mesh, asset_.settings);
     if (finished.known) return judged(std::move(finished), mesh, asked);
     BakeOptions options = asset_.settings.bake_options();
     if (!asked.empty()) options.demand = &*demand_;
-    else if (demand_) options.method = Method::none;
+    else if (demand_) options.method = Method::none, options.depth_elsewhere = 0;
     std::optional<CachedObject> older;  // whose cells need not be classified again
     if (context_.reuse && options.demand) older = find_older_in_sidecar(asset_.output, mesh);
     if (older) options.known = {older->to_write().record, older->tree()};
+    if (part) {
+      options.budget_bytes =
+          options.budget_bytes > 0 ? std::min(options.budget_bytes, part->budget_bytes) : part->budget_bytes;
+      if (!part->audited) options.audit_lines = 0;
+      if (part->known && options.demand) options.known = part->known;
+    }
     options.threads = context_.threads;
     options.progress = context_.on_progress;
     options.on_pass = [&](BakePass pass) {

@@ -26,6 +26,8 @@ constexpr uint64_t value_of(auto word) { return static_cast<uint64_t>(word); }
 
 constexpr Word kDepths[] = {{"auto", 0}, {"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
                             {"5", 5},    {"6", 6}, {"7", 7}, {"8", 8}};
+constexpr Word kDepthsElsewhere[] = {{"none", 0}, {"1", 1}, {"2", 2}, {"3", 3}, {"4", 4},
+                                     {"5", 5},    {"6", 6}, {"7", 7}, {"8", 8}};
 constexpr Word kMethods[] = {
     {"proven", value_of(Method::proven)}, {"hybrid", value_of(Method::hybrid)}, {"sampled", value_of(Method::sampled)}};
 constexpr Word kSamples[] = {{"16", 16}, {"81", 81}, {"256", 256}};
@@ -69,6 +71,16 @@ constexpr Setting kSettings[] = {
      .least = 0.02,
      .most = 1e6,
      .zero_is_none = true},
+    {.name = "total-mb",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::number,
+     .member = &BakeSettings::total_mb,
+     .help = "With --for, --for-lights or --for-above: most MiB that all objects of a mesh file may take together, "
+             "shared out by what\nthe demand gains by them (default: none)",
+     .least = 0.02,
+     .most = 1e6,
+     .zero_is_none = true},
     {.name = "budget-seconds",
      .letter = 0,
      .scope = Scope::object,
@@ -104,6 +116,15 @@ constexpr Setting kSettings[] = {
      .member = &BakeSettings::for_above,
      .help = "As --for, for shadow rays from the ground below each mesh to the whole sky; the axis that points up",
      .words = kAxes,
+     .zero_is_none = true},
+    {.name = "depth-elsewhere",
+     .letter = 0,
+     .scope = Scope::object,
+     .form = Form::word,
+     .member = &BakeSettings::depth_elsewhere,
+     .help = "With --for, --for-lights or --for-above: how deep to divide first what the demand does not ask for "
+             "(default: no deeper\nthan the top table)",
+     .words = kDepthsElsewhere,
      .zero_is_none = true},
     {.name = "seed",
      .letter = 0,
@@ -277,6 +298,7 @@ BakeOptions BakeSettings::bake_options() const {
   options.samples = samples;
   options.budget_bytes = static_cast<uint64_t>(budget_mb * 1048576);
   options.budget_seconds = budget_seconds;
+  options.depth_elsewhere = for_a_demand() ? depth_elsewhere : 0;
   options.seed = seed;
   options.hierarchy = !no_hierarchy;
   options.horizons = horizons;

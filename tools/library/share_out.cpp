@@ -1,6 +1,7 @@
 #include "share_out.h"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 namespace vcd::library {

@@ -61,8 +61,11 @@ struct BakeOptions {
   // When the rest is over, the cells that have no class yet are left unclassified.
   double budget_seconds = 0;
   // Looks where the segments of this mesh go (all but those that are kept out), best first, as long as the budgets
-  // last; what nobody asks for stays as coarse as the top table. Outlives the bake. Null: everywhere.
+  // last; what nobody asks for stays as coarse as the top table, or as depth_elsewhere. Outlives the bake. Null:
+  // everywhere.
   const Demand* demand = nullptr;
+  // For a demand: first all cells are divided as far as whole blocks go down to this level; 0: none are.
+  uint32_t depth_elsewhere = 0;
   // For a demand: cells of the same geometry that need not be classified again, from the same baker. They are used if
   // method, samples and seed were the same, for proofs and hybrid bakes; sampled ones are baked anew. What they divide
   // stays divided as far as the bytes last, after all that the demand asks.
@@ -86,8 +89,16 @@ inline constexpr uint64_t kQuickAuditLines = 50'000;
 // date. A test holds the hashes of some bakes against it.
 inline constexpr unsigned kBakeRevision = 4;
 
+// Of the budget of a file, what is kept for header, tables and names, and to round the tree's beginning up to a page.
+inline constexpr uint64_t kBytesBesideTree = 8192;
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 inline constexpr uint64_t kDemandBudgetBytes = uint64_t{8} << 20;
+
+// For a demand: when so many bytes of a tree were filled, the next were expected to be asked for by so much weight each.
+struct WorthOfBytes {
+  uint64_t bytes;
+  double asked_a_byte;
+};
 
 // One baked object. One that was moved from, or made without arrays, can only be assigned to or destroyed.
 class BakedObject {
@@ -110,6 +121,7 @@ class BakedObject {
   std::optional<AuditReport> audit;    // if one was asked for and the object answers anything; no proof was wrong
   uint64_t rays = 0;                   // traced to classify cells
   uint64_t cells_classified = 0;       // for a demand: those that were not known
+  std::vector<WorthOfBytes> worth;     // for a demand: what bytes were worth as they were filled, rising in bytes
   double seconds = 0;                  // of the passes classify, demote and clearances
   uint64_t bytes_before_demotion = 0;  // of the tree, before it was made to fit the budget
   uint64_t cells_demoted = 0;          // that had a class and lost it so
@@ -132,9 +144,9 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
 // Bakes one object. Without a budget of seconds, the same geometry and options give the same tree and record, whatever
 // the number of threads, the order of vertices and triangles, or the file they came from.
 //
-// Errors: usage (an option out of range, a budget of bytes too small for the depth, or a demand that asks nothing of
-// the mesh); difference (the audit found a
-// wrong proof: a fault of vcd, and the message holds lines that show it); runtime (out of memory, or stopped).
+// Errors: usage (an option out of range, a budget of bytes too small for the depth or the depth elsewhere, or a demand
+// that asks nothing of the mesh); difference (the audit found a wrong proof: a fault of vcd, and the message holds lines
+// that show it); runtime (out of memory, or stopped).
 // Safe from any thread. Exceptions of the callbacks pass through.
 Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);
 

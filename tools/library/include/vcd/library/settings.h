@@ -29,10 +29,12 @@ struct BakeSettings {
   Method method = Method::hybrid;
   uint32_t samples = 0;       // 0: the method's own number
   double budget_mb = 0;       // MiB; 0: none
+  double total_mb = 0;        // MiB of all objects of a file, for a demand; 0: none
   double budget_seconds = 0;  // 0: none
   DemandFile demand = {};
   bool for_lights = false;  // for a demand of the scene file's lights
   uint32_t for_above = 0;   // for a demand of the sky; 1 to 3: the axis x, y or z points up
+  uint32_t depth_elsewhere = 0;  // for a demand: to which depth all is divided that it does not ask for; 0: not
   uint64_t seed = 0;
   uint64_t audit_lines = 1000000;
   Storage storage = Storage::raw;
