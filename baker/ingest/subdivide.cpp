@@ -46,20 +46,21 @@ ControlMesh weld_wound(const SourceMesh& source) {
     for (float& x : p) x += 0.0f;  // -0 becomes +0
   const std::vector<Position> given = mesh.positions;
   std::ranges::sort(mesh.positions);
-  mesh.positions.erase(std::ranges::unique(mesh.positions).begin(), mesh.positions.end());
+  mesh.positions.erase(std::unique(mesh.positions.begin(), mesh.positions.end()), mesh.positions.end());
 
   const auto corners_of = [](TriangleIndices t) { return std::ranges::sort(t), t; };
   for (TriangleIndices t : source.triangles) {
     for (uint32_t& corner : t)
       corner = static_cast<uint32_t>(std::ranges::lower_bound(mesh.positions, given[corner]) - mesh.positions.begin());
-    std::ranges::rotate(t, std::ranges::min_element(t));
+    std::rotate(t.begin(), std::ranges::min_element(t), t.end());
     if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles.push_back(t);
   }
   std::ranges::sort(mesh.triangles, [&](const TriangleIndices& a, const TriangleIndices& b) {
     return std::pair(corners_of(a), a) < std::pair(corners_of(b), b);
   });
-  const auto [first, last] = std::ranges::unique(mesh.triangles, {}, corners_of);
-  mesh.triangles.erase(first, last);
+  const auto last = std::unique(mesh.triangles.begin(), mesh.triangles.end(),
+                                [&](const auto& a, const auto& b) { return corners_of(a) == corners_of(b); });
+  mesh.triangles.erase(last, mesh.triangles.end());
   mesh.passed_over = source.triangles.size() - mesh.triangles.size();
   return mesh;
 }
@@ -153,8 +154,8 @@ void take(const HalfEdges& half_edges, SourceMesh& mesh) {
   }
   for (const auto face : half_edges.faces()) {
     TriangleIndices& triangle = mesh.triangles.emplace_back();
-    std::ranges::transform(half_edges.fv_range(face), triangle.begin(),
-                           [](const auto& vertex) { return static_cast<uint32_t>(vertex.idx()); });
+    size_t corner = 0;
+    for (const auto vertex : half_edges.fv_range(face)) triangle[corner++] = static_cast<uint32_t>(vertex.idx());
   }
 }
 

@@ -36,7 +36,8 @@ struct IngestOptions {
   // How often each mesh is subdivided by Loop's scheme, for files that hold the control mesh of a subdivision surface;
   // at most kMostSubdivisions. Each time a triangle becomes four. Polygons are cut into triangles first. Only surfaces
   // can be subdivided: a mesh with an edge of three triangles is an error (unsupported). The result is the same on
-  // every machine; a renderer's own subdivision gives other floats, so let it load what vc-scene writes.
+  // every machine. A renderer's own subdivision gives other floats, so let it load what vc-scene writes: the same
+  // triangles with the same numbers.
   uint32_t subdivide = 0;
 };
 
