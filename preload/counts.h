@@ -1,0 +1,40 @@
+// What was asked and answered, counted by each thread for itself, and said at exit.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+
+namespace vcd::preload {
+
+enum class Count : size_t {
+  asked,           // shadow rays that are not empty
+  clear,           // answered by look-ups; with VCD_ANSWERS=exact by hierarchies too
+  blocked,         // the same
+  clear_but_rest,  // no mesh with a sidecar is met; Embree traced the rest of the scene
+  unclassified,    // Embree traced the whole scene
+  held_back,       // the same, though it is blocked: a filter or a mask decides
+  other_scenes,    // the same, of scenes without sidecars
+  kCount,
+};
+
+// Only its own thread writes it; any may read it.
+struct ThreadCounts {
+  std::array<std::atomic<uint64_t>, static_cast<size_t>(Count::kCount)> counts = {};
+  std::atomic<bool> used = true;  // by a living thread
+  ThreadCounts* next = nullptr;   // never changes once it is in the list
+
+  void add(Count which, uint64_t more) {
+    std::atomic<uint64_t>& count = counts[static_cast<size_t>(which)];
+    count.store(count.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
+  }
+};
+
+// Of this thread. Never locks; allocates in a thread's first call at most.
+ThreadCounts& thread_counts();
+
+// Of all threads, dead ones too.
+uint64_t total(Count which);
+
+}  // namespace vcd::preload
