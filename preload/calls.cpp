@@ -26,6 +26,8 @@ RTCError take_error(RTCDevice device) {
 void report() {
   using vcd::preload::Count;
   const auto count = [](Count which) { return static_cast<unsigned long long>(total(which)); };
+  unsigned long long asked = 0;
+  for (size_t i = 0; i < static_cast<size_t>(Count::kCount); ++i) asked += count(static_cast<Count>(i));
   const auto meshes = vcd::preload::mesh_counts();
   std::fprintf(stderr, "libvcd_embree3: %zu meshes: %zu with a sidecar, %zu exported\n", meshes.meshes,
                meshes.with_sidecar, meshes.exported);
@@ -34,8 +36,8 @@ void report() {
       "libvcd_embree3: %llu shadow rays: %llu clear, %llu blocked; clear of sidecars, the rest traced by "
       "Embree: %llu; traced by Embree: %llu unclassified, %llu blocked unless a filter or mask says no, %llu in "
       "scenes without sidecars\n",
-      count(Count::asked), count(Count::clear), count(Count::blocked), count(Count::clear_but_rest),
-      count(Count::unclassified), count(Count::held_back), count(Count::other_scenes));
+      asked, count(Count::clear), count(Count::blocked), count(Count::clear_but_rest), count(Count::unclassified),
+      count(Count::held_back), count(Count::other_scenes));
 }
 
 template <class Commit>

@@ -1,10 +1,12 @@
 #include "counts.h"
 
 namespace vcd::preload {
+
+constinit thread_local ThreadCounts* counts_of_this_thread = nullptr;
+
 namespace {
 
 constinit std::atomic<ThreadCounts*> all{nullptr};
-constinit thread_local ThreadCounts* mine = nullptr;
 
 // The counts of a dead thread go on as those of a new one, so that threads that come and go need no memory.
 ThreadCounts* take() {
@@ -21,17 +23,15 @@ ThreadCounts* take() {
 
 struct GiveBack {
   ThreadCounts* counts;
-  ~GiveBack() { mine = nullptr, counts->used.store(false, std::memory_order_release); }
+  ~GiveBack() { counts_of_this_thread = nullptr, counts->used.store(false, std::memory_order_release); }
 };
 
 }  // namespace
 
-ThreadCounts& thread_counts() {
-  if (!mine) {
-    mine = take();
-    thread_local GiveBack at_end{mine};
-  }
-  return *mine;
+ThreadCounts& take_thread_counts() {
+  counts_of_this_thread = take();
+  thread_local GiveBack at_end{counts_of_this_thread};
+  return *counts_of_this_thread;
 }
 
 uint64_t total(Count which) {

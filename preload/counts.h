@@ -1,4 +1,4 @@
-// What was asked and answered, counted by each thread for itself, and said at exit.
+// What became of shadow rays, counted by each thread for itself, and said at exit.
 #pragma once
 
 #include <array>
@@ -9,7 +9,6 @@
 namespace vcd::preload {
 
 enum class Count : size_t {
-  asked,           // shadow rays that are not empty
   clear,           // answered by look-ups; with VCD_ANSWERS=exact by hierarchies too
   blocked,         // the same
   clear_but_rest,  // no mesh with a sidecar is met; Embree traced the rest of the scene
@@ -31,8 +30,11 @@ struct ThreadCounts {
   }
 };
 
+extern constinit thread_local ThreadCounts* counts_of_this_thread;
+ThreadCounts& take_thread_counts();
+
 // Of this thread. Never locks; allocates in a thread's first call at most.
-ThreadCounts& thread_counts();
+inline ThreadCounts& thread_counts() { return counts_of_this_thread ? *counts_of_this_thread : take_thread_counts(); }
 
 // Of all threads, dead ones too.
 uint64_t total(Count which);

@@ -46,20 +46,7 @@ Lane lane_of(Rays& rays, size_t i) {
 }
 Lane lane_of(RTCRay& ray) { return {&ray.org_x, 1}; }
 
-struct Tally {
-  std::array<uint32_t, static_cast<size_t>(Count::kCount)> counts = {};
-  void add(Count which) { ++counts[static_cast<size_t>(which)]; }
-  ~Tally() {
-    auto& all = vcd::preload::thread_counts();
-    for (size_t i = 0; i < counts.size(); ++i)
-      if (counts[i]) all.add(static_cast<Count>(i), counts[i]);
-  }
-};
-
-void count_other(size_t rays) {
-  auto& counts = vcd::preload::thread_counts();
-  counts.add(Count::asked, rays), counts.add(Count::other_scenes, rays);
-}
+void tally(Count which, size_t rays) { vcd::preload::thread_counts().add(which, rays); }
 
 // What is to be traced yet, a bit for each ray.
 struct Left {
@@ -67,19 +54,13 @@ struct Left {
   uint64_t rest = 0;        // through View::rest()
 };
 
-enum class Next { nothing, rest, everywhere };
-
-Next finish(const View& view, const RTCIntersectContext* context, Lane lane, Visibility answer, Tally& tally) {
-  tally.add(Count::asked);
-  if (answer == Visibility::clear) {
-    tally.add(view.rest() ? Count::clear_but_rest : Count::clear);
-    return view.rest() ? Next::rest : Next::nothing;
-  }
-  if (answer == Visibility::unclassified) return tally.add(Count::unclassified), Next::everywhere;
-  if ((context && context->filter) || !view.may_block(lane.mask()))
-    return tally.add(Count::held_back), Next::everywhere;
+// What becomes of a ray; tfar says so if it is blocked.
+Count finish(const View& view, const RTCIntersectContext* context, Lane lane, Visibility answer) {
+  if (answer == Visibility::clear) return view.rest() ? Count::clear_but_rest : Count::clear;
+  if (answer == Visibility::unclassified) return Count::unclassified;
+  if ((context && context->filter) || !view.may_block(lane.mask())) return Count::held_back;
   lane.tfar() = kBlocked;
-  return tally.add(Count::blocked), Next::nothing;
+  return Count::blocked;
 }
 
 // Answers those of the rays lane(0) … lane(count - 1) that `asked` has a bit for.
@@ -96,14 +77,17 @@ Left answer(const View& view, const RTCIntersectContext* context, size_t count, 
     indices[size++] = static_cast<uint8_t>(i);
   }
   view.classify(std::span(segments).first(size), std::span(answers).first(size));
-  Tally tally;
+  std::array<uint32_t, static_cast<size_t>(Count::kCount)> counts = {};
   Left left;
   for (size_t k = 0; k < size; ++k) {
     if (!(segments[k].t_min >= 0)) answers[k] = Visibility::unclassified;  // Embree does not allow it
-    const Next next = finish(view, context, lane(indices[k]), answers[k], tally);
-    left.everywhere |= uint64_t{next == Next::everywhere} << indices[k];
-    left.rest |= uint64_t{next == Next::rest} << indices[k];
+    const Count became = finish(view, context, lane(indices[k]), answers[k]);
+    ++counts[static_cast<size_t>(became)];
+    left.everywhere |= uint64_t{became == Count::unclassified || became == Count::held_back} << indices[k];
+    left.rest |= uint64_t{became == Count::clear_but_rest} << indices[k];
   }
+  for (size_t i = 0; i < counts.size(); ++i)
+    if (counts[i] > 0) tally(static_cast<Count>(i), counts[i]);
   return left;
 }
 
@@ -122,7 +106,8 @@ void occluded_packet(Trace trace, const int* valid, RTCScene scene, RTCIntersect
   uint64_t asked = 0;
   for (size_t i = 0; i < kWidth; ++i) asked |= uint64_t{valid[i] == -1} << i;
   const View* view = vcd::preload::view_of(scene);
-  if (!view) return count_other(static_cast<size_t>(std::popcount(asked))), trace(valid, scene, context, rays);
+  if (!view)
+    return tally(Count::other_scenes, static_cast<size_t>(std::popcount(asked))), trace(valid, scene, context, rays);
   const Left left = answer(*view, context, kWidth, asked, [&](size_t i) { return lane_of(*rays, i); });
   trace_packet<kWidth>(trace, left.everywhere, scene, context, rays);
   trace_packet<kWidth>(trace, left.rest, view->rest(), context, rays);
@@ -158,12 +143,14 @@ extern "C" {
 
 void rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
   const View* view = vcd::preload::view_of(scene);
-  if (!view) return count_other(1), VCD_NEXT(rtcOccluded1)(scene, context, ray);
+  if (!view) return tally(Count::other_scenes, 1), VCD_NEXT(rtcOccluded1)(scene, context, ray);
   if (ray->tnear > ray->tfar) return;  // empty: Embree leaves it as it is
-  Tally tally;
-  const Visibility answer = ray->tnear >= 0 ? view->classify(lane_of(*ray).segment()) : Visibility::unclassified;
-  const Next next = finish(*view, context, lane_of(*ray), answer, tally);
-  if (next != Next::nothing) VCD_NEXT(rtcOccluded1)(next == Next::rest ? view->rest() : scene, context, ray);
+  const Lane lane = lane_of(*ray);
+  const Visibility answer = ray->tnear >= 0 ? view->classify(lane.segment()) : Visibility::unclassified;
+  const Count became = finish(*view, context, lane, answer);
+  tally(became, 1);
+  if (became == Count::clear || became == Count::blocked) return;
+  VCD_NEXT(rtcOccluded1)(became == Count::clear_but_rest ? view->rest() : scene, context, ray);
 }
 void rtcOccluded4(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay4* rays) {
   occluded_packet<4>(VCD_NEXT(rtcOccluded4), valid, scene, context, rays);
@@ -176,28 +163,29 @@ void rtcOccluded16(const int* valid, RTCScene scene, RTCIntersectContext* contex
 }
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned count, size_t stride) {
   const View* view = vcd::preload::view_of(scene);
-  if (!view) return count_other(count), VCD_NEXT(rtcOccluded1M)(scene, context, rays, count, stride);
+  if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1M)(scene, context, rays, count, stride);
   occluded_stream(*view, scene, context, count, [=](size_t i) {
     return Lane{reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i * stride), 1};
   });
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned count) {
   const View* view = vcd::preload::view_of(scene);
-  if (!view) return count_other(count), VCD_NEXT(rtcOccluded1Mp)(scene, context, rays, count);
+  if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1Mp)(scene, context, rays, count);
   occluded_stream(*view, scene, context, count, [=](size_t i) { return lane_of(*rays[i]); });
 }
 void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, unsigned width, unsigned count,
                    size_t stride) {
   const View* view = vcd::preload::view_of(scene);
   if (!view)
-    return count_other(size_t{width} * count), VCD_NEXT(rtcOccludedNM)(scene, context, rays, width, count, stride);
+    return tally(Count::other_scenes, size_t{width} * count),
+           VCD_NEXT(rtcOccludedNM)(scene, context, rays, width, count, stride);
   occluded_stream(*view, scene, context, size_t{width} * count, [=](size_t i) {
     auto* packet = reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i / width * stride);
     return Lane{packet + i % width, width};
   });
 }
 void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp* rays, unsigned count) {
-  count_other(count);  // members lie anywhere: left to Embree
+  tally(Count::other_scenes, count);  // members lie anywhere: left to Embree
   VCD_NEXT(rtcOccludedNp)(scene, context, rays, count);
 }
 
