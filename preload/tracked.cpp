@@ -58,12 +58,9 @@ struct State {
     TrackedScene* scene = find(handle);
     if (!scene) return;
     ++scene->changes;
-    if (!std::exchange(scene->is_committed, false)) return;  // whoever instances it knows already
+    if (!std::exchange(scene->is_committed, false)) return;  // no view has it
     publish(handle, nullptr);
-    instancers_changed(*scene);
-  }
-  void instancers_changed(const TrackedScene& scene) {
-    for (const RTCGeometry instance : scene.instances)
+    for (const RTCGeometry instance : scene->instances)
       for (const RTCScene outer : geometries.at(instance).scenes) changed(outer);
   }
 
@@ -215,7 +212,6 @@ void make_view(RTCScene handle, uint64_t changes, const std::vector<Read>& reads
   scene = s.find(handle);
   if (!scene || scene->changes != changes) return;
   scene->is_committed = true;
-  s.instancers_changed(*scene);  // what they hold of it is older
   publish(handle, nullptr);
   scene->view = std::move(view);
   if (!publish(handle, scene->view.get())) std::fprintf(stderr, "libvcd_embree3: too many scenes\n");

@@ -95,6 +95,7 @@ void let_pass(const RTCFilterFunctionNArguments* arguments) {
 struct Asked {
   std::vector<RTCRay> rays;
   RTCIntersectContext context;
+  bool commit = true;  // the scene, before the rays are asked
 };
 
 // From around the scene to its middle, some of them short, some from inside.
@@ -149,6 +150,24 @@ const std::map<std::string, Build> kScenes = {
        move(geometry, 2);
        rtcCommitScene(inner);
        rtcCommitGeometry(instance);
+     }},
+    {"mask-at-once",  // it counts without a commit of the scene
+     [](RTCDevice device, RTCScene scene, Asked& asked) {
+       const RTCGeometry geometry = add(device, scene, sphere(3));
+       ask_once(scene, asked);
+       set_mask(geometry, 0);
+       asked.commit = false;
+     }},
+    {"inner-at-once",  // so does the commit of an instanced scene
+     [](RTCDevice device, RTCScene scene, Asked& asked) {
+       const RTCScene inner = rtcNewScene(device);
+       const RTCGeometry geometry = add(device, inner, sphere(3));
+       rtcCommitScene(inner);
+       add_instance(device, scene, inner, 0, 1);
+       ask_once(scene, asked);
+       move(geometry, 0.5f);
+       rtcCommitScene(inner);
+       asked.commit = false;
      }},
     {"filter",
      [](RTCDevice device, RTCScene scene, Asked&) {
@@ -336,7 +355,7 @@ int main(int argc, char** argv) {
   Asked asked{rays(), {}};
   rtcInitIntersectContext(&asked.context);
   build->second(device, scene, asked);
-  rtcCommitScene(scene);
+  if (asked.commit) rtcCommitScene(scene);
   query->second(scene, &asked.context, asked.rays);
   for (const RTCRay& ray : asked.rays) std::putchar(ray.tfar == kBlocked ? '1' : '0');
   std::putchar('\n');

@@ -80,8 +80,9 @@ class Preload(unittest.TestCase):
                     self.assertGreater(report["held_back"], 20)
                     self.assertGreater(report["blocked"], 20)
 
-    def test_what_moves_is_left_to_embree(self):
-        for scene, most in (("motion", 0), ("moved", 1), ("inner-changed", 1)):
+    def test_what_changes_is_left_to_embree(self):
+        # `most`: one ray is asked before the change.
+        for scene, most in (("motion", 0), ("moved", 1), ("inner-changed", 1), ("mask-at-once", 1), ("inner-at-once", 1)):
             with self.subTest(scene=scene):
                 report = self.compare(scene, "1")
                 self.assertLessEqual(report["clear"] + report["blocked"] + report["rest"], most)
