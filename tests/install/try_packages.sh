@@ -7,11 +7,11 @@ packages=$(realpath "$1")
 sources=$(realpath "$2")
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
-apt-get install -y -qq --no-install-recommends "$packages"/*.deb gcc libc6-dev pkg-config man-db >/dev/null
+apt-get install -y -qq --no-install-recommends "$packages"/*.deb g++ pkg-config man-db >/dev/null
 cd "$(mktemp -d)"
 
 echo "== vcd"
-vc-bake "$sources/assets/shrub.glb" -o . --depth 3
+vc-bake "$sources/assets/shrub.glb" -o . --depth 3 --method proven --quiet
 vc-info ./*.vcd | head -n 3
 vc-verify ./*.vcd --against "$sources/assets/shrub.glb"
 man --where vc-bake
