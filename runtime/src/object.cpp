@@ -55,9 +55,9 @@ struct Directions {
   template <class Bundle>
   explicit Directions(const Bundle& part) {
     const size_t padded = (part.size() + kRun - 1) / kRun * kRun;
-    for (size_t i = 0; i < padded; ++i) {
-      const Segment s = segment_of(part, std::min(i, part.size() - 1));
-      for (int a = 0; a < 3; ++a) of[a][i] = s.direction[a];
+    for (size_t a = 0; a < 3; ++a) {
+      for (size_t i = 0; i < part.size(); ++i) of[a][i] = direction_of(part, i, a);
+      std::fill(of[a] + part.size(), of[a] + padded, of[a][part.size() - 1]);
     }
   }
 };

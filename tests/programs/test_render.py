@@ -66,6 +66,43 @@ class Render(Case):
         self.assertLess(sum(entry["segments"] for entry in recorded), 1000)
         self.render(self.leaves, "--shadows", "bvh", "--record", "leaves.obj", code=1)
 
+    def test_paths_give_one_picture_whoever_answers(self):
+        self.run_program("vc-bake", self.leaves, "-q", "--depth", 3, "--method", "proven", "--horizons")
+        for use in ("single", "wavefronts"):
+            report = json.loads(self.render_paths(use, "--shadows", "both", "--views", "shaded,difference", "--format", "json").stdout)
+            self.assertEqual(report["difference"]["pixels"], 0)
+            self.assertRegex(report["variants"][0]["answered_by"], {"single": "rtcOccluded1$", "wavefronts": "rtcOccluded(8|16)"}[use])
+            self.assertIn("hierarchy", report["variants"][1]["answered_by"])
+        one, four = (json.loads(self.render_paths("single", "--bounces", n, "--format", "json").stdout)["variants"][0]["shadow_segments"] for n in (1, 4))
+        self.assertLess(one, four)
+        self.render_paths("wavefronts", "--record", "paths.demand")
+        done = self.run_program("vc-bake", self.leaves, "--for", self.folder / "paths.demand", "--audit", 3000, "-o", self.folder / "for.vcd")
+        self.assertRegex(done.stdout, r"of what was kept out of the bake answered: \d+ segments, 0 wrong")
+
+    def render_paths(self, use, *arguments, **options):
+        return self.run_program("vc-render", self.leaves, "--paths", use, "--size", "24x16", "--pixel-samples", 4, *arguments, cwd=self.folder, **options)
+
+    def test_paths_need_a_hierarchy_and_no_bvh_behind_it(self):
+        self.run_program("vc-bake", self.leaves, "-q", *TREE, "--no-hierarchy")
+        self.assertIn("without a hierarchy", self.render_paths("single", code=1).stderr)
+        self.render_paths("single", "--shadows", "bvh")
+        self.assertIn("not with --behind bvh", self.render_paths("single", "--behind", "bvh", code=1).stderr)
+        self.assertIn("fallback", self.render_paths("single", "--views", "fallback", code=1).stderr)
+        self.render_paths("single", "--light-samples", 3, code=1)
+        self.render_paths("single", "--bounces", 5, code=1)
+        self.render(self.leaves, "--bounces", 2, code=1)
+        self.assertIn("without a hierarchy", self.render(self.leaves, "--behind", "hierarchy", code=1).stderr)
+
+    def test_what_is_behind_look_ups_can_be_chosen(self):
+        self.run_program("vc-bake", self.leaves, "-q", "--depth", 3, "--method", "proven")
+        by = {}
+        for behind in ("hierarchy", "bvh"):
+            report = json.loads(self.render(self.leaves, "--behind", behind, "--shadows", "both", "--format", "json", "-o", behind).stdout)
+            self.assertEqual(report["difference"]["pixels"], 0)
+            by[behind] = report["variants"][1]["answered_by"]
+        self.assertIn("hierarchy", by["hierarchy"])
+        self.assertIn("rtcOccluded", by["bvh"])
+
     def test_same_picture_for_any_number_of_threads(self):
         for threads in (1, 3):
             self.render("forest", "--instances", "5", "--species", "2", "--leaves", "40", "--shadows", "bvh", "-q", "-j", threads, "-o", f"t{threads}")

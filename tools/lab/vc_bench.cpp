@@ -35,6 +35,7 @@ struct Options {
   std::string size;
   unsigned threads = 0;
   double budget_mb = 8;
+  bool horizons = false;
 
   SegmentsOptions segments;
   InstancesOptions instances;
@@ -108,7 +109,9 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   run.render.width = profile.width, run.render.height = profile.height;
   if (auto fault = set_picture(options, run.render)) return *std::move(fault);
   run.repetitions = options.repetitions;
-  run.demands.budget_mb = options.budget_mb;
+  run.bakes.budget_mb = options.budget_mb;
+  run.bakes.horizons = options.horizons;
+  run.paths = std::min(run.paths, size_t{4} * run.render.width * run.render.height);
   run.segments_of_kind = profile.segments_of_kind;
   run.quiet = options.common.quiet;
   for (const std::string& text : profile.scenes) {
@@ -137,6 +140,8 @@ Json describe(const PaperRunOptions& run, const Profile& profile, const std::str
             {"light_samples", run.render.light_samples},
             {"repetitions", run.repetitions},
             {"threads", run.render.threads},
+            {"paths", run.paths},
+            {"horizons", run.bakes.horizons},
             {"seed", run.render.seed}}},
           {"machine", describe_machine()}};
 }
@@ -191,6 +196,8 @@ int main(int argc, char** argv) {
       ->type_name("TREES");
   app.add_option("--budget-mb", options.budget_mb, "MiB of an object that is baked for a demand (default: 8)")
       ->check(CLI::Range(0.02, 1e6));
+  app.add_flag("--horizons", options.horizons,
+               "Bake horizons into proven and hybrid trees, and measure what begins on an object with them too");
   app.add_option("--size", options.size, "Of the pictures (default: 300x200; demand: 120x80)")->type_name("WxH");
   app.add_option("-j,--threads", options.threads, "Threads of bakes and pictures; 0: all (default); bake-time has one")
       ->check(CLI::Range(0, 1024));

@@ -1,23 +1,18 @@
 // vc-render: pictures with soft shadows, by Embree alone or with sidecars, and what the sidecars saved.
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <random>
-#include <set>
 
 #include <vcd/writer/demand.h>
 
-#include "bake/options.h"
 #include "common/describe.h"
-#include "common/program.h"
 #include "common/progress.h"
+#include "picture_options.h"
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
 #include "render/recorded.h"
 #include "render/recording.h"
-#include "render/renderer.h"
-#include "render/scene_source.h"
 #include "render/sidecars.h"
 
 namespace {
@@ -27,26 +22,6 @@ using namespace vcd;
 using namespace vcd::baker;
 using namespace vcd::render;
 using namespace vcd::tools;
-
-enum class Shadows { bvh, vcd, both };
-
-struct Options {
-  CommonOptions common;
-  std::vector<std::string> names;
-  SceneOptions scene;
-  RenderSettings render;
-  std::string size = "480x320";
-  Shadows shadows = Shadows::vcd;
-  std::vector<std::string> views = {"shaded"};
-  std::vector<std::string> sidecars;
-  library::BakeSettings settings{.depth = 5};
-  std::string output, record;
-  size_t most_recorded = Recorder::kDefaultMost;
-  bool exr = false;
-  double exposure = 1, amplify = 20;
-
-  bool wants(const char* view) const { return std::find(views.begin(), views.end(), view) != views.end(); }
-};
 
 // A sidecar that is baked for this picture only.
 class TemporaryFile {
@@ -66,14 +41,14 @@ class TemporaryFile {
 // One way of casting shadows: its picture, and its counts where a view needs them.
 struct Variant {
   std::string name;  // "bvh" or "vcd"
-  ShadowWays ways;
+  std::string way;   // what answered
   Rendered rendered;
   std::optional<CensusPass> census;
 };
 
 class Program {
  public:
-  explicit Program(const Options& options) : options_(options) {}
+  explicit Program(const PictureOptions& options) : options_(options) {}
 
   int run() {
     SceneOptions scene = options_.scene;
@@ -148,20 +123,46 @@ class Program {
     auto opened = open_sidecars(*world_, paths);
     if (!opened) return opened.error();
     sidecars_.emplace(std::move(*opened));
+    if ((options_.behind == Behind::hierarchy || options_.paths != Paths::none) &&
+        !have_hierarchies(sidecars_->objects))
+      return Error{ErrorCode::usage, paths[0] + ": without a hierarchy of triangles, which " +
+                                         (options_.paths == Paths::none ? "--behind hierarchy" : "--paths") +
+                                         " needs; bake it again without --no-hierarchy"};
+    if (options_.paths != Paths::none) sidecar_paths_.emplace(*world_, sidecars_->objects, true);
     return std::nullopt;
+  }
+
+  // Where no BVH is behind them.
+  std::string answered_by() const {
+    return some_has_horizons(sidecars_->objects) ? "look-ups, horizons, hierarchy" : "look-ups, hierarchy";
+  }
+  bool by_hierarchy(const std::string& name) const {
+    return name == "vcd" && options_.behind != Behind::bvh && have_hierarchies(sidecars_->objects);
   }
 
   std::unique_ptr<ShadowCaster> caster(const std::string& name, const ShadowWays& ways) const {
     if (name == "bvh") return std::make_unique<BvhShadows>(*world_, ways);
+    if (by_hierarchy(name)) return std::make_unique<HierarchyShadows>(*world_, sidecars_->objects, true);
     return std::make_unique<SidecarShadows>(*world_, sidecars_->objects, ways);
   }
 
-  Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
+  std::unique_ptr<PathCaster> path_caster(const std::string& name, EmbreeQuery way) const {
+    if (name == "bvh") return std::make_unique<BvhPaths>(*world_, way);
+    return std::make_unique<HierarchyPaths>(*sidecar_paths_, options_.path_picture.wavefronts);
+  }
+
+  // draw(hooks) -> Result<Rendered>.
+  template <class Draw>
+  Result<Rendered> drawn(const std::string& label, const Draw& draw) const {
     ProgressLine line(world_->name + " " + label, options_.common.quiet);
     RenderHooks hooks;
     hooks.stop = interrupted;
     hooks.progress = [&](const RenderProgress& p) { line.update({p.fraction, p.shadow_segments, p.seconds}); };
-    return render::render(*world_, options_.render, make_caster, hooks);
+    return draw(hooks);
+  }
+  Result<Rendered> render_with(const std::string& label, const MakeCaster& make_caster) const {
+    return drawn(
+        label, [&](const RenderHooks& hooks) { return render::render(*world_, options_.render, make_caster, hooks); });
   }
 
   // Of the first variant: the others ask the same.
@@ -178,16 +179,42 @@ class Program {
     return std::nullopt;
   }
 
+  Result<Rendered> render_bundles(Variant& variant, std::optional<Recorder>& recorder) const {
+    ShadowWays ways;
+    if (by_hierarchy(variant.name)) {
+      variant.way = answered_by();
+    } else {
+      ways = fastest_ways(*world_, options_.render, variant.name == "vcd",
+                          [&](const ShadowWays& w) { return caster(variant.name, w); });
+      variant.way = text_of(ways);
+    }
+    return render_with(variant.name, [&]() -> std::unique_ptr<ShadowCaster> {
+      if (!recorder) return caster(variant.name, ways);
+      return std::make_unique<RecordedShadows>(caster(variant.name, ways), recorder->thread());
+    });
+  }
+
+  Result<Rendered> render_paths(Variant& variant, std::optional<Recorder>& recorder) const {
+    EmbreeQuery way;
+    if (variant.name == "bvh") way = fastest_way(*world_, options_.render, options_.path_picture);
+    variant.way = variant.name == "bvh" ? name_of(way) : answered_by();
+    return drawn(variant.name, [&](const RenderHooks& hooks) {
+      return render::render_paths(
+          *world_, options_.render, options_.path_picture,
+          [&]() -> std::unique_ptr<PathCaster> {
+            if (!recorder) return path_caster(variant.name, way);
+            return std::make_unique<RecordedPaths>(path_caster(variant.name, way), recorder->thread());
+          },
+          hooks);
+    });
+  }
+
   std::optional<Error> render_variant(const std::string& name) {
     Variant variant{name, {}, {}, {}};
-    variant.ways =
-        fastest_ways(*world_, options_.render, name == "vcd", [&](const ShadowWays& w) { return caster(name, w); });
     auto recorder = recorder_if_asked();
     if (!recorder) return recorder.error();
-    auto rendered = render_with(name, [&]() -> std::unique_ptr<ShadowCaster> {
-      if (!*recorder) return caster(name, variant.ways);
-      return std::make_unique<RecordedShadows>(caster(name, variant.ways), (*recorder)->thread());
-    });
+    auto rendered =
+        options_.paths == Paths::none ? render_bundles(variant, *recorder) : render_paths(variant, *recorder);
     if (!rendered) return rendered.error();
     if (*recorder)
       if (auto error = write_recorded(**recorder)) return error;
@@ -251,7 +278,7 @@ class Program {
 
   Json describe(const Variant& v) const {
     Json json{{"shadows", v.name},
-              {"packets", text_of(v.ways)},
+              {"answered_by", v.way},
               {"seconds", v.rendered.seconds},
               {"shadow_thread_seconds", v.rendered.shadow_seconds},
               {"shadow_segments", v.rendered.shadow_segments}};
@@ -289,7 +316,7 @@ class Program {
       std::printf(
           "  %s  %s, %.1f ns a shadow ray (%s)\n", v.name.c_str(), readable_seconds(v.rendered.seconds).c_str(),
           1e9 * v.rendered.shadow_seconds / static_cast<double>(std::max<uint64_t>(v.rendered.shadow_segments, 1)),
-          text_of(v.ways).c_str());
+          v.way.c_str());
       if (!v.census) continue;
       std::printf("       %s ray-triangle tests of shadow rays",
                   readable_count(static_cast<double>(v.census->tests)).c_str());
@@ -308,86 +335,25 @@ class Program {
     for (const std::string& file : files_) std::printf("  %s\n", file.c_str());
   }
 
-  const Options& options_;
+  const PictureOptions& options_;
   std::optional<World> world_;
   TemporaryFile temporary_;
   std::optional<WorldSidecars> sidecars_;
+  std::optional<SidecarPaths> sidecar_paths_;
   std::optional<TestCounter> counter_;
   std::vector<Variant> variants_;
   std::vector<std::string> files_;
 };
 
-// Empty, or what is wrong with the options.
-std::string check(Options& options) {
-  char trailing = 0;
-  if (std::sscanf(options.size.c_str(), "%ux%u%c", &options.render.width, &options.render.height, &trailing) != 2 ||
-      options.render.width < 1 || options.render.height < 1 || options.render.width > 16384 ||
-      options.render.height > 16384)
-    return "--size " + options.size + ": not WIDTHxHEIGHT, each 1 to 16384";
-  if (options.wants("difference") && options.shadows != Shadows::both)
-    return "the view difference needs --shadows both";
-  if (options.wants("fallback") && options.shadows == Shadows::bvh)
-    return "the view fallback needs --shadows vcd or both";
-  if (!options.record.empty() && !library::may_be_written(options.record))
-    return "--record " + options.record + ": is named like a mesh or a sidecar";
-  const fs::path folder = fs::path(options.output).parent_path();
-  if (!folder.empty() && !fs::is_directory(folder)) return options.output + ": its folder does not exist";
-  return {};
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
-  Options options;
+  PictureOptions options;
   CLI::App app{
       "Renders a generated scene (sierpinski, hairball, forest) or mesh files, on the ground under area lights. Shadow "
       "rays\n"
-      "are answered by Embree (bvh), by sidecars and Embree for rays that stay unclassified (vcd), or by each (both)."};
-  app.add_option("scene", options.names, "A generated scene, or mesh files")
-      ->required()
-      ->type_name("sierpinski|hairball|forest|MESH...");
-  const std::map<std::string, Shadows> kShadows = {
-      {"bvh", Shadows::bvh}, {"vcd", Shadows::vcd}, {"both", Shadows::both}};
-  app.add_option("--shadows", options.shadows, "What answers shadow rays (default: vcd)")
-      ->transform(CLI::CheckedTransformer(kShadows, CLI::ignore_case).description(""))
-      ->type_name("bvh|vcd|both");
-  app.add_option("--views", options.views,
-                 "Pictures to write, with commas: shaded, tests (ray-triangle tests a pixel), fallback\n"
-                 "(shadow rays a pixel that needed the BVH), difference (of both, amplified) (default: shaded)")
-      ->delimiter(',')
-      ->allow_extra_args(false)
-      ->check(CLI::IsMember({"shaded", "tests", "fallback", "difference"}).description(""))
-      ->type_name("shaded|tests|fallback|difference");
-  app.add_option("-o,--output", options.output, "What the pictures' names begin with (default: the scene's name)")
-      ->type_name("PATH");
-  app.add_flag("--exr", options.exr, "Write the shaded pictures as linear OpenEXR too");
-  app.add_option("--size", options.size, "Of the picture (default: 480x320)")->type_name("WxH");
-  app.add_option("--pixel-samples", options.render.pixel_samples, "Camera rays a pixel (default: 16)")
-      ->check(CLI::Range(1, 4096));
-  app.add_option("--light-samples", options.render.light_samples,
-                 "Shadow rays from each point to each light (default: 128)")
-      ->check(CLI::Range(size_t{1}, kMaxBundle));
-  app.add_option("--seed", options.render.seed, "Of the samples (default: 1)");
-  app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
-  app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
-  app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--sidecar", options.sidecars,
-                 "A sidecar to use, again for each (default: MESH.vcd beside each mesh, else one is baked on the spot)")
-      ->allow_extra_args(false)
-      ->type_name("SIDECAR");
-  app.add_option("--record", options.record,
-                 "Write the shadow rays, or an even sample of them, as a demand: for vc-bake --for")
-      ->type_name("FILE");
-  app.add_option("--most-recorded", options.most_recorded, "Shadow rays that each thread records (default: 262144)")
-      ->check(CLI::Range(size_t{1}, size_t{1} << 24));
-  app.add_option("-d,--depth", options.settings.depth, "Depth of a sidecar that is baked on the spot (default: 5)")
-      ->check(CLI::Range(1, 8));
-  for (const library::Setting& setting : library::settings_table())
-    if (setting.name == "method" || setting.name == "samples") add_setting(app, options.settings, setting);
-  add_reading_settings(app, options.settings);
-  add_scene_options(app, options.scene);
-  add_common_options(app, options.common);
+      "are answered by Embree (bvh), by sidecars (vcd), or by each (both)."};
+  add_options(app, options);
   return run_program(app, argc, argv, [&] {
     if (const std::string fault = check(options); !fault.empty()) {
       print_error(fault);

@@ -27,7 +27,8 @@ std::array<Recording, kSegmentKinds> split_by_kind(const World& world, const Rec
       }
       for (size_t k = 0; k < kSegmentKinds; ++k)
         if (!parts[k].segments.empty())
-          visit(k, Bundle{parts[k].segments, parts[k].u, parts[k].v, bundle.light, bundle.pixel, bundle.surface});
+          visit(k, Bundle{parts[k].segments, parts[k].u, parts[k].v, bundle.light, bundle.pixel, bundle.surface,
+                          bundle.primitive});
     }
   };
   all = {};

@@ -10,6 +10,7 @@
 #include "common/program.h"
 #include "common/progress.h"
 #include "kinds.h"
+#include "path_bench.h"
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/sidecars.h"
@@ -37,6 +38,8 @@ struct OpenVariant {
 struct Caster {
   std::string id, label;  // no label: it has one already, or its id says it
   std::string tree;       // the variant that is looked up before the hierarchy; else empty
+  bool by_horizons;
+  const std::vector<Object>* objects;  // of casters without Embree
   MakeCaster make;
 };
 
@@ -60,7 +63,7 @@ class SceneRun : SceneEntry {
     world_.emplace(std::move(*world));
     describe_world();
     for (const auto step : {&SceneRun::bake_all, &SceneRun::open_all, &SceneRun::count_all, &SceneRun::time_pictures,
-                            &SceneRun::time_kinds}) {
+                            &SceneRun::time_kinds, &SceneRun::time_paths}) {
       if (auto error = (this->*step)()) return error;
       if (auto error = results_.save()) return error;
     }
@@ -107,7 +110,7 @@ class SceneRun : SceneEntry {
   }
 
   std::optional<Error> bake_all() {
-    return bake_missing(*this, *world_, configurations_, options_.render, options_.demands, options_.quiet);
+    return bake_missing(*this, *world_, configurations_, options_.render, options_.bakes, options_.quiet);
   }
 
   std::optional<Error> open_all() {
@@ -240,7 +243,7 @@ class SceneRun : SceneEntry {
     const KindCounts total = pass.total();
     Json& v = variant(caster.id);
     v["label"] = caster.label;
-    if (!caster.tree.empty()) v["behind"] = caster.tree;
+    if (!caster.tree.empty()) v["behind"] = caster.tree, v["horizons"] = caster.by_horizons;
     v["fallback_segments"] = 0;
     v["resolved_segments"] = total.segments;
     describe_wrong(v, total);
@@ -271,23 +274,27 @@ class SceneRun : SceneEntry {
   std::vector<Caster> hierarchy_casters() const {
     std::vector<Caster> all;
     const auto add = [&](const std::string& id, const std::string& label, const std::string& tree,
-                         const WorldSidecars& sidecars) {
-      all.push_back({id, label, tree,
-                     [this, &sidecars] { return std::make_unique<HierarchyShadows>(*world_, sidecars.objects); }});
+                         const std::vector<Object>& objects, bool by_horizons) {
+      all.push_back({id, label, tree, by_horizons, &objects, [this, &objects, by_horizons] {
+                       return std::make_unique<HierarchyShadows>(*world_, objects, by_horizons);
+                     }});
     };
-    if (have_hierarchies(alone_->objects)) add("hierarchy", "hierarchy alone", {}, *alone_);
+    if (have_hierarchies(alone_->objects)) add("hierarchy", "hierarchy alone", {}, alone_->objects, false);
     for (const OpenVariant& v : open_) {
       if (v.id == kUnclassified || !have_hierarchies(v.sidecars.objects)) continue;
-      add(v.id + "-hierarchy", v.id + ", hierarchy behind it", v.id, v.sidecars);
+      add(v.id + "-hierarchy", v.id + ", hierarchy behind it", v.id, v.sidecars.objects, false);
+      if (some_has_horizons(v.sidecars.objects))
+        add(v.id + "-horizons", v.id + ", horizons and hierarchy behind it", v.id, v.sidecars.objects, true);
     }
     return all;
   }
 
   std::vector<Caster> timed_casters() const {
-    std::vector<Caster> all = {{"bvh", {}, {}, [&] { return bvh_caster(bvh_ways_); }},
-                               {kSingle, "BVH, ray by ray", {}, [&] { return bvh_caster(EmbreeQuery{1}); }}};
+    std::vector<Caster> all = {
+        {"bvh", {}, {}, false, nullptr, [&] { return bvh_caster(bvh_ways_); }},
+        {kSingle, "BVH, ray by ray", {}, false, nullptr, [&] { return bvh_caster(EmbreeQuery{1}); }}};
     for (const OpenVariant& v : open_)
-      all.push_back({v.id, {}, {}, [&] { return vcd_caster(v.sidecars.objects, v.ways); }});
+      all.push_back({v.id, {}, {}, false, nullptr, [&] { return vcd_caster(v.sidecars.objects, v.ways); }});
     for (Caster& caster : hierarchy_casters()) all.push_back(std::move(caster));
     return all;
   }
@@ -354,6 +361,24 @@ class SceneRun : SceneEntry {
             std::none_of(kind["vcd"].begin(), kind["vcd"].end(), [&](const Json& e) { return e["variant"] == v.id; }))
           return false;
     return true;
+  }
+
+  // Single calls and wavefronts, of all that ask no Embree.
+  std::optional<Error> time_paths() {
+    std::vector<PathWay> ways;
+    for (const Caster& caster : hierarchy_casters())
+      ways.push_back({caster.id, SidecarPaths(*world_, *caster.objects, caster.by_horizons)});
+    const Json& there = scene()["paths"]["wrong"];
+    if (ways.empty() || std::ranges::all_of(ways, [&](const PathWay& w) { return there.contains(w.name); }))
+      return std::nullopt;
+    const ProgressLine line(label("timing paths"), options_.quiet);
+    const auto high = HighQualityCasters::build(*world_);
+    if (!high) return high.error();
+    const PathBench bench(*world_, *high, ways, alone_->objects, options_.repetitions);
+    const PathComparison compared = bench.compare("all", trace_paths(*world_, {.paths = options_.paths}));
+    if (interrupted()) return stopped();
+    scene()["paths"] = describe(compared, ways);
+    return std::nullopt;
   }
 
   static constexpr float kAmplify = 20;

@@ -25,14 +25,16 @@ struct PaperRunOptions {
   std::vector<SceneRequest> scenes;
   std::vector<Configuration> configurations;
   render::RenderSettings render;
-  DemandBakes demands;
+  BakesOfScene bakes;
   int repetitions = 7;
   uint64_t segments_of_kind = 1 << 16;  // to time, of each kind, at most
+  size_t paths = 30'000;                // of a path tracer, whose shadow rays are timed
   bool quiet = false;
 };
 
 // Goes through all that `results` lacks, saving after each step; the steps are baking each tree, counting with each,
-// timing them all, and timing segments by kind. A scene that fails leaves its error in the results and the others go
+// timing them all, timing segments by kind, and timing the
+// shadow rays of a path tracer. A scene that fails leaves its error in the results and the others go
 // on. Returns the exit code of each scene.
 std::vector<int> run_paper(const PaperRunOptions& options, Results& results);
 

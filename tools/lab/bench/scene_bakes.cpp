@@ -24,9 +24,9 @@ constexpr uint64_t kDemandSeed = 0xDE3A;
 
 class SceneBakes : SceneEntry {
  public:
-  SceneBakes(const SceneEntry& entry, const World& world, const RenderSettings& picture, const DemandBakes& demands,
+  SceneBakes(const SceneEntry& entry, const World& world, const RenderSettings& picture, const BakesOfScene& bakes,
              bool quiet)
-      : SceneEntry(entry), world_(world), picture_(picture), demands_(demands), quiet_(quiet) {}
+      : SceneEntry(entry), world_(world), picture_(picture), bakes_(bakes), quiet_(quiet) {}
 
   std::optional<Error> bake_all(const std::vector<Configuration>& configurations) {
     std::error_code failed;
@@ -38,6 +38,7 @@ class SceneBakes : SceneEntry {
     for (const Configuration& c : configurations) {
       BakeOptions bake;
       bake.method = c.method, bake.depth = c.depth, bake.samples = c.samples;
+      bake.horizons = bakes_.horizons && c.method != Method::sampled;
       variant(c.id())["tree"] = c.text();
       if (c.for_demand)
         if (auto error = ask_for_demand(bake)) return error;
@@ -55,13 +56,13 @@ class SceneBakes : SceneEntry {
       other.seed ^= kDemandSeed;
       RenderHooks hooks;
       hooks.stop = interrupted;
-      auto demand = demand_of_picture(world_, other, demands_.most_recorded, hooks);
+      auto demand = demand_of_picture(world_, other, bakes_.most_recorded, hooks);
       if (interrupted()) return stopped();
       if (!demand) return demand.error();
       demand_.emplace(std::move(*demand));
     }
     bake.demand = &*demand_;
-    bake.budget_bytes = static_cast<uint64_t>(demands_.budget_mb * 1048576);
+    bake.budget_bytes = static_cast<uint64_t>(bakes_.budget_mb * 1048576);
     return std::nullopt;
   }
 
@@ -103,6 +104,10 @@ class SceneBakes : SceneEntry {
     auto opened = open_sidecars(world_, {sidecar_path(id).string()});
     if (!opened) return opened.error();
     describe_trees(opened->objects, v);
+    uint64_t hierarchy = 0, horizons = 0;
+    for (const ObjectContents& o : opened->files[0].contents().objects)
+      hierarchy += o.hierarchy.bytes().size(), horizons += o.horizon.all_bytes().size();
+    v["hierarchy_bytes"] = hierarchy, v["horizon_bytes"] = horizons;
     if (auto error = measure_shipped(opened->files[0], id, v)) return error;
     return results_.save();
   }
@@ -127,7 +132,7 @@ class SceneBakes : SceneEntry {
 
   const World& world_;
   const RenderSettings& picture_;
-  const DemandBakes& demands_;
+  const BakesOfScene& bakes_;
   bool quiet_;
   std::optional<Demand> demand_;
 };
@@ -146,8 +151,8 @@ std::vector<Configuration> with_measured(std::vector<Configuration> wanted, cons
 
 std::optional<Error> bake_missing(const SceneEntry& entry, const World& world,
                                   const std::vector<Configuration>& configurations, const RenderSettings& picture,
-                                  const DemandBakes& demands, bool quiet) {
-  return SceneBakes(entry, world, picture, demands, quiet).bake_all(configurations);
+                                  const BakesOfScene& bakes, bool quiet) {
+  return SceneBakes(entry, world, picture, bakes, quiet).bake_all(configurations);
 }
 
 }  // namespace vcd::bench

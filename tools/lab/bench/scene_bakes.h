@@ -36,15 +36,16 @@ class SceneEntry {
 // The trees that are wanted and those of earlier runs: all are timed together.
 std::vector<Configuration> with_measured(std::vector<Configuration> wanted, const tools::Json& scene);
 
-struct DemandBakes {
-  double budget_mb = 8;                    // of an object
-  size_t most_recorded = size_t{1} << 21;  // of the picture's rays
+struct BakesOfScene {
+  double budget_mb = 8;                    // of an object that is baked for a demand
+  size_t most_recorded = size_t{1} << 21;  // of the picture's rays, for that demand
+  bool horizons = false;                   // of trees that are baked by proof
 };
 
 // Bakes each tree that is missing, and the sidecar that answers nothing; describes and saves each. Demands are recorded
 // from the picture with another seed. The first error ends it.
 std::optional<Error> bake_missing(const SceneEntry& entry, const render::World& world,
                                   const std::vector<Configuration>& configurations,
-                                  const render::RenderSettings& picture, const DemandBakes& demands, bool quiet);
+                                  const render::RenderSettings& picture, const BakesOfScene& bakes, bool quiet);
 
 }  // namespace vcd::bench

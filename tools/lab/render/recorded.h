@@ -6,6 +6,7 @@
 
 #include <vcd/recorder/recorder.h>
 
+#include "path_casters.h"
 #include "renderer.h"
 
 namespace vcd::render {
@@ -33,5 +34,20 @@ class RecordedShadows : public ShadowCaster {
   Recorder::Thread& thread_;
 };
 static_assert(kGroundSurface == kNoInstance);
+
+class RecordedPaths : public PathCaster {
+ public:
+  // The recorder's buffer outlives this.
+  RecordedPaths(std::unique_ptr<PathCaster> caster, Recorder::Thread& thread)
+      : caster_(std::move(caster)), thread_(thread) {}
+  void cast(const AskedRays& rays, std::span<uint8_t> blocked) override {
+    for (size_t i = 0; i < rays.segments.size(); ++i) thread_.asked(rays.segments[i], rays.origins[i]);
+    caster_->cast(rays, blocked);
+  }
+
+ private:
+  std::unique_ptr<PathCaster> caster_;
+  Recorder::Thread& thread_;
+};
 
 }  // namespace vcd::render

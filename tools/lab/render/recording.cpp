@@ -32,7 +32,8 @@ std::array<std::vector<size_t>, kOrigins> by_origin(const World& world, const Re
 }  // namespace
 
 void Recording::append(const Bundle& bundle) {
-  places_.push_back({segments_.size(), bundle.segments.size(), bundle.light, bundle.pixel, bundle.surface});
+  places_.push_back(
+      {segments_.size(), bundle.segments.size(), bundle.light, bundle.pixel, bundle.surface, bundle.primitive});
   segments_.insert(segments_.end(), bundle.segments.begin(), bundle.segments.end());
   u_.insert(u_.end(), bundle.u.begin(), bundle.u.end());
   v_.insert(v_.end(), bundle.v.begin(), bundle.v.end());

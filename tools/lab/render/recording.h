@@ -16,20 +16,21 @@ class Recording {
   void append(const Bundle& bundle);
   size_t size() const { return places_.size(); }
   Bundle operator[](size_t i) const {
-    const auto& [first, count, light, pixel, surface] = places_[i];
+    const auto& [first, count, light, pixel, surface, primitive] = places_[i];
     return {std::span(segments_).subspan(first, count),
             std::span(u_).subspan(first, count),
             std::span(v_).subspan(first, count),
             light,
             pixel,
-            surface};
+            surface,
+            primitive};
   }
   uint64_t segment_count() const { return segments_.size(); }
 
  private:
   struct Place {
     size_t first, count;
-    uint32_t light, pixel, surface;
+    uint32_t light, pixel, surface, primitive;
   };
   std::vector<Segment> segments_;
   std::vector<float> u_, v_;

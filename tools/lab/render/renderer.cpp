@@ -1,29 +1,15 @@
 #include "renderer.h"
 
-#include <atomic>
-#include <chrono>
 #include <limits>
-#include <mutex>
-#include <thread>
-
-#include <pthread.h>
-#include <sched.h>
+#include <numbers>
 
 #include "beam.h"
-#include "common/limits.h"
 #include "sampling.h"
 #include "surface.h"
+#include "tiles.h"
 
 namespace vcd::render {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-double seconds_between(Clock::time_point a, Clock::time_point b) {
-  return std::chrono::duration<double>(b - a).count();
-}
-
-constexpr uint32_t kTile = 8;                       // pixels along a tile's side
-constexpr Vec3 kBackground = {0.55f, 0.65f, 0.8f};  // where a camera ray meets nothing
 
 // Camera rays of one pixel, traced together.
 class CameraRays {
@@ -89,8 +75,7 @@ class CameraRays {
   Strata strata_;
 };
 
-// One thread's share of the work.
-class Worker {
+class Worker : public TileWorker {
  public:
   Worker(const World& world, const RenderSettings& settings, std::unique_ptr<ShadowCaster> caster)
       : world_(world),
@@ -104,6 +89,12 @@ class Worker {
         weights_(settings.light_samples),
         blocked_(settings.light_samples) {}
 
+  void draw(const Tile& tile, Image& image) override {
+    for (uint32_t y = tile.y0; y < tile.y1; ++y)
+      for (uint32_t x = tile.x0; x < tile.x1; ++x) image.pixels[size_t{y} * image.width + x] = pixel(x, y);
+  }
+
+ private:
   Vec3 pixel(uint32_t x, uint32_t y) {
     Vec3 sum;
     const uint32_t index = y * settings_.width + x;
@@ -114,13 +105,9 @@ class Worker {
       sum = sum + light_sum * point.colour;
       object_samples += point.surface != kGroundSurface;
     });
-    return (sum + kBackground * static_cast<float>(missed)) * (1 / static_cast<float>(settings_.pixel_samples));
+    return (sum + kSky * static_cast<float>(missed)) * (1 / static_cast<float>(settings_.pixel_samples));
   }
 
-  uint64_t shadow_segments = 0, object_samples = 0;
-  double shadow_seconds = 0;
-
- private:
   // Radiance that a white matte surface at the point sends back from one light.
   Vec3 illumination(uint32_t pixel, uint32_t sample, uint32_t light_index, const SurfacePoint& point) {
     const Light& light = world_.lights[light_index];
@@ -140,19 +127,21 @@ class Worker {
     if (count == 0) return {};
     const auto segments = std::span(segments_).first(count);
     if (Beam(segments).may_meet(world_.bounds)) {
-      const Clock::time_point start = Clock::now();
-      caster_->cast(
-          {segments, std::span(u_).first(count), std::span(v_).first(count), light_index, pixel, point.surface},
-          std::span(blocked_).first(count));
-      shadow_seconds += seconds_between(start, Clock::now());
+      const Bundle bundle{
+          segments,       std::span(u_).first(count), std::span(v_).first(count), light_index, pixel, point.surface,
+          point.primitive};
+      {
+        const Stopwatch watch(shadow_seconds);
+        caster_->cast(bundle, std::span(blocked_).first(count));
+      }
       shadow_segments += count;
     } else {
       std::fill_n(blocked_.begin(), count, uint8_t{0});
     }
     float sum = 0;
     for (size_t i = 0; i < count; ++i) sum += blocked_[i] ? 0 : weights_[i];
-    constexpr float kInversePi = 0.318309886f;
-    return light.radiance * (sum * light.quad.area * kInversePi / static_cast<float>(settings_.light_samples));
+    return light.radiance *
+           (sum * light.quad.area * std::numbers::inv_pi_v<float> / static_cast<float>(settings_.light_samples));
   }
 
   const World& world_;
@@ -166,64 +155,13 @@ class Worker {
   std::vector<uint8_t> blocked_;
 };
 
-void pin_to(unsigned index) {
-  cpu_set_t allowed, one;
-  if (sched_getaffinity(0, sizeof allowed, &allowed) != 0) return;
-  const unsigned wanted = index % static_cast<unsigned>(std::max(CPU_COUNT(&allowed), 1));
-  unsigned seen = 0;
-  for (size_t cpu = 0; cpu < CPU_SETSIZE; ++cpu) {
-    if (!CPU_ISSET(cpu, &allowed) || seen++ != wanted) continue;
-    CPU_ZERO(&one);
-    CPU_SET(cpu, &one);
-    pthread_setaffinity_np(pthread_self(), sizeof one, &one);
-    return;
-  }
-}
-
 }  // namespace
 
 Result<Rendered> render(const World& world, const RenderSettings& settings, const MakeCaster& make_caster,
                         const RenderHooks& hooks) {
-  const unsigned threads = settings.threads ? settings.threads : tools::available_processors();
-  std::vector<Worker> workers;
-  for (unsigned t = 0; t < threads; ++t) workers.emplace_back(world, settings, make_caster());
-
-  Rendered rendered;
-  rendered.image = Image(settings.width, settings.height);
-  const uint32_t columns = (settings.width + kTile - 1) / kTile, rows = (settings.height + kTile - 1) / kTile;
-  std::atomic<uint32_t> next_tile = 0;
-  std::atomic<uint64_t> segments = 0;
-  std::atomic<bool> stopped = false;
-  std::mutex reporting;
-  const Clock::time_point start = Clock::now();
-
-  const auto work = [&](unsigned index) {
-    if (settings.pin) pin_to(index);
-    Worker& worker = workers[index];
-    for (uint32_t tile; !stopped && (tile = next_tile++) < columns * rows;) {
-      if (hooks.stop && hooks.stop()) stopped = true;
-      const uint32_t x0 = tile % columns * kTile, y0 = tile / columns * kTile;
-      const uint64_t before = worker.shadow_segments;
-      for (uint32_t y = y0; y < std::min(y0 + kTile, settings.height); ++y)
-        for (uint32_t x = x0; x < std::min(x0 + kTile, settings.width); ++x)
-          rendered.image.pixels[size_t{y} * settings.width + x] = worker.pixel(x, y);
-      segments += worker.shadow_segments - before;
-      if (const std::unique_lock lock(reporting, std::try_to_lock); lock && hooks.progress)
-        hooks.progress({(tile + 1.0) / (columns * rows), segments, seconds_between(start, Clock::now())});
-    }
-  };
-  {
-    std::vector<std::jthread> pool;
-    for (unsigned t = 0; t < threads; ++t) pool.emplace_back(work, t);
-  }
-  if (stopped) return Error{ErrorCode::runtime, world.name + ": stopped"};
-  rendered.seconds = seconds_between(start, Clock::now());
-  for (const Worker& worker : workers) {
-    rendered.shadow_segments += worker.shadow_segments;
-    rendered.object_samples += worker.object_samples;
-    rendered.shadow_seconds += worker.shadow_seconds;
-  }
-  return rendered;
+  constexpr uint32_t kTile = 8;
+  return draw_tiles(
+      world, settings, kTile, [&] { return std::make_unique<Worker>(world, settings, make_caster()); }, hooks);
 }
 
 }  // namespace vcd::render

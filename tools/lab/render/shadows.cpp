@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <stdexcept>
 
 namespace vcd::render {
@@ -10,6 +11,16 @@ using namespace baker;
 namespace {
 
 size_t words_of(const Bundle& bundle) { return (bundle.segments.size() + 63) / 64; }
+
+// A byte a bit. Eight at a time: a multiplication puts eight copies side by side, and one bit of each is kept.
+void unpack(std::span<const uint64_t> bits, std::span<uint8_t> bytes) {
+  for (size_t i = 0; i < bytes.size(); i += 8) {
+    const uint64_t eight = bits[i / 64] >> (i % 64) & 0xFF;
+    const uint64_t apart = eight * 0x0101010101010101u & 0x8040201008040201u;
+    const uint64_t ones = (apart + 0x7F7F7F7F7F7F7F7Fu) >> 7 & 0x0101010101010101u;
+    std::memcpy(bytes.data() + i, &ones, std::min<size_t>(8, bytes.size() - i));
+  }
+}
 
 void put(Vec3 v, float (&into)[3]) { into[0] = v.x, into[1] = v.y, into[2] = v.z; }
 
@@ -62,9 +73,11 @@ Result<Recorder> recorder_of(const World& world, size_t most) {
 }
 
 // A bundle has one origin: a query's origins are one.
-SceneQuery query_of(const Bundle& bundle) {
+SceneQuery query_of(const Bundle& bundle, bool by_horizons) {
   SceneQuery query;
-  if (bundle.surface != kGroundSurface) query.origins = std::span(&bundle.surface, 1);
+  if (bundle.surface == kGroundSurface) return query;
+  query.origins = std::span(&bundle.surface, 1);
+  if (by_horizons) query.primitives = std::span(&bundle.primitive, 1);
   return query;
 }
 
@@ -119,7 +132,7 @@ void SidecarShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
     const EmbreeInstances fallback{hierarchies_, ways_.left[kind]};
     scene_->occluded(quad_of(world_, bundle), std::span(blocked_).first(words_of(bundle)), fallback, query_of(bundle));
   }
-  for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = blocked_[i / 64] >> (i % 64) & 1;
+  unpack(blocked_, blocked);
   if (object_) trace_open(bundle, ways_.left[kind], blocked);
 }
 
@@ -136,8 +149,10 @@ void SidecarShadows::trace_open(const Bundle& bundle, EmbreeQuery query, std::sp
 }
 
 bool have_hierarchies(std::span<const Object> objects) { return std::ranges::all_of(objects, &Object::has_hierarchy); }
+bool some_has_horizons(std::span<const Object> objects) { return std::ranges::any_of(objects, &Object::has_horizons); }
 
-HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> objects) : world_(world) {
+HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> objects, bool by_horizons)
+    : world_(world), by_horizons_(by_horizons) {
   if (world.single()) object_ = objects[0];
   else scene_.emplace(scene_of(world, objects));
 }
@@ -145,9 +160,12 @@ HierarchyShadows::HierarchyShadows(const World& world, std::span<const Object> o
 void HierarchyShadows::cast(const Bundle& bundle, std::span<uint8_t> blocked) {
   std::array<uint64_t, kMaxBundle / 64> bits;
   const auto words = std::span(bits).first(words_of(bundle));
-  if (object_) object_->occluded(quad_of(world_, bundle), words, from_of(world_, bundle));
-  else scene_->occluded(quad_of(world_, bundle), words, query_of(bundle));
-  for (size_t i = 0; i < bundle.segments.size(); ++i) blocked[i] = bits[i / 64] >> (i % 64) & 1;
+  const From from = from_of(world_, bundle);
+  if (object_ && by_horizons_ && from == From::self)
+    object_->occluded_self(quad_of(world_, bundle), bundle.primitive, words);
+  else if (object_) object_->occluded(quad_of(world_, bundle), words, from);
+  else scene_->occluded(quad_of(world_, bundle), words, query_of(bundle, by_horizons_));
+  unpack(words, blocked);
 }
 
 }  // namespace vcd::render

@@ -26,8 +26,9 @@ struct Bundle {
   std::span<const Segment> segments;  // 1 … kMaxBundle
   std::span<const float> u, v;        // where each ends: world.lights[light].quad at corner + u · edge_u + v · edge_v
   uint32_t light;
-  uint32_t pixel;    // that they are cast for
-  uint32_t surface;  // that the point lies on: an instance, or kGroundSurface
+  uint32_t pixel;      // that they are cast for
+  uint32_t surface;    // that the point lies on: an instance, or kGroundSurface
+  uint32_t primitive;  // of that instance's source mesh, or kNoPrimitive
 };
 
 // One a thread: casters keep scratch memory.
@@ -47,7 +48,7 @@ From from_of(const World& world, uint32_t surface, const Segment& segment);
 
 // What the runtime is asked with, in the world's frame. query_of() refers to the bundle.
 QuadBundle quad_of(const World& world, const Bundle& bundle);
-SceneQuery query_of(const Bundle& bundle);
+SceneQuery query_of(const Bundle& bundle, bool by_horizons = false);
 
 // Its instances, for the runtime. objects[i] answers for world.objects[i].
 Scene scene_of(const World& world, std::span<const Object> objects);
@@ -106,17 +107,19 @@ class SidecarShadows : public ShadowCaster {
 };
 
 bool have_hierarchies(std::span<const Object> objects);
+bool some_has_horizons(std::span<const Object> objects);
 
 // Sidecars with their hierarchies, and no Embree.
 class HierarchyShadows : public ShadowCaster {
  public:
   // objects[i] answers for world.objects[i] and has a hierarchy. Whether it is looked up first was said when it was
-  // opened.
-  HierarchyShadows(const World& world, std::span<const Object> objects);
+  // opened. by_horizons: horizons are asked first of what begins on an object.
+  HierarchyShadows(const World& world, std::span<const Object> objects, bool by_horizons = false);
   void cast(const Bundle& bundle, std::span<uint8_t> blocked) override;
 
  private:
   const World& world_;
+  bool by_horizons_;
   std::optional<Object> object_;  // of a single one
   std::optional<Scene> scene_;    // of many
 };

@@ -11,11 +11,12 @@ SurfacePoint surface_point(const World& world, Vec3 origin, Vec3 direction, floa
                            uint32_t hit_instance, uint32_t hit_primitive) {
   const Vec3 position = origin + direction * t;
   if (hit_instance == RTC_INVALID_GEOMETRY_ID)
-    return {position, facing(world.ground.normal, direction), world.ground_colour, kGroundSurface, hit_primitive};
+    return {position, facing(world.ground.normal, direction), world.ground_colour, kGroundSurface, kNoPrimitive};
   const uint32_t surface = hit_instance - 1;
   const WorldInstance& instance = world.instances[surface];
   const Vec3 normal = world.single() ? hit_normal : instance.to_object.transposed(hit_normal);
-  return {position, facing(unit(normal), direction), world.objects[instance.object].colour, surface, hit_primitive};
+  const WorldObject& object = world.objects[instance.object];
+  return {position, facing(unit(normal), direction), object.colour, surface, object.primitives[hit_primitive]};
 }
 
 Vec3 camera_direction(const View& view, float x, float y, float width, float height) {

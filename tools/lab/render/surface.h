@@ -11,7 +11,7 @@ struct SurfacePoint {
   Vec3 position, normal;  // the normal of unit length, towards where the ray came from
   Vec3 colour;
   uint32_t surface;    // an instance, or kGroundSurface
-  uint32_t primitive;  // of that instance's mesh; of the ground anything
+  uint32_t primitive;  // of that instance's source mesh; kNoPrimitive on the ground
 };
 
 // The point of world.visible that a ray met: Embree's hit, with its instance, triangle and normal (of any length).

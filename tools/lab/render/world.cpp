@@ -50,12 +50,21 @@ Quad ground_quad(const scenes::Ground& g) {
 using Clock = std::chrono::steady_clock;
 double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
+std::vector<uint32_t> primitives_of(const PreparedMesh& mesh) {
+  std::vector<uint32_t> primitives(mesh.triangles.size());
+  for (uint32_t i = 0; i < mesh.source_triangles.size(); ++i)
+    if (mesh.source_triangles[i] != kNone) primitives[mesh.source_triangles[i]] = i;
+  return primitives;
+}
+
 Result<WorldObject> make_object(WorldPart&& part, RTCDevice device, double& build_seconds) {
   const auto start = Clock::now();
   auto tracer = Tracer::build(part.mesh.positions, part.mesh.triangles, TraceMode::fast, device);
   build_seconds += seconds_since(start);
   if (!tracer) return Error{tracer.error().code, part.source + ": " + tracer.error().message};
-  return WorldObject{std::move(part.mesh), std::move(*tracer), part.colour, std::move(part.source)};
+  std::vector<uint32_t> primitives = primitives_of(part.mesh);
+  return WorldObject{std::move(part.mesh), std::move(*tracer), part.colour, std::move(part.source),
+                     std::move(primitives)};
 }
 
 // Asked before memory is used up.

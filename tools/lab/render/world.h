@@ -22,7 +22,8 @@ struct WorldObject {
   baker::PreparedMesh mesh;
   baker::Tracer tracer;  // the hierarchy over the mesh, in the object's frame
   Vec3 colour;
-  std::string source;  // the file it came from, or the scene's name: for messages
+  std::string source;                // the file it came from, or the scene's name: for messages
+  std::vector<uint32_t> primitives;  // of the source mesh: one that became each triangle
 };
 
 struct WorldInstance {
@@ -60,6 +61,7 @@ struct HierarchyCost {
 };
 
 inline constexpr uint32_t kGroundSurface = 0xFFFFFFFF;
+inline constexpr Vec3 kSky = {0.55f, 0.65f, 0.8f};  // radiance: what a ray sees that meets nothing
 
 // One object in one place is drawn in the object's own frame, whatever its transform: camera, lights and ground are
 // moved instead, so that neither variant pays for a transform. With more, segments are in the scene's frame.

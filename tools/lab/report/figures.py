@@ -94,7 +94,10 @@ def variant_row(scene, variant, bvh):
         "fallback_segments": get("fallback_segments"), "resolved_share": divide(get("resolved_segments"), get("segments")),
         "wrong": get("wrong"), "wrong_resolved": get("wrong_resolved"), "wrong_rate": get("wrong_rate"),
         "wrong_bound_95": get("wrong_bound_95"), "rmse": get("rmse"), "max_difference": get("max_difference"),
-        "identical_image": get("identical_image"), "behind": get("behind"), "demand": bool(get("demand"))}
+        "identical_image": get("identical_image"), "behind": get("behind"), "demand": bool(get("demand")),
+        "horizons": bool(get("horizons")), "hierarchy_bytes": get("hierarchy_bytes"), "horizon_bytes": get("horizon_bytes"),
+        "hierarchy_bytes_a_triangle": divide(get("hierarchy_bytes"), scene.get("triangles")),
+        "horizon_bytes_a_triangle": divide(get("horizon_bytes"), scene.get("triangles"))}
 
 
 def counts(item):
@@ -142,6 +145,28 @@ def image_kind_rows(scene):
              "samples": v.get("samples"), **counts(item)} for v in scene["variants"] for item in v.get("kinds", [])]
 
 
+USES = ("single_calls", "wavefronts")  # of the shadow rays of a path tracer
+
+
+def path_rows(scene, use):
+    """The shadow rays of a path tracer: all that was asked without Embree, and Embree's fastest way."""
+    paths, rows = scene.get("paths", {}), []
+    times = paths.get(use, {})
+    variants = {v["id"]: v for v in scene["variants"]}
+    embree = next((t for t in times.get("embree", []) if t["name"] == times["best_embree"]), None)
+    for timed in ([{**embree, "name": "bvh"}] if embree else []) + times.get("vcd", []):
+        if timed["name"] not in variants:  # look-ups with Embree behind them: they are charted with pictures
+            continue
+        wrong = paths.get("wrong_embree") if timed["name"] == "bvh" else paths.get("wrong", {}).get(timed["name"])
+        rows.append({
+            **variant_row(scene, variants[timed["name"]], {"id": "bvh"}), "use": use, "embree": embree["name"], "segments": paths.get("segments"),
+            "ns": timed["median_ns"], "embree_ns": embree["median_ns"], "speedup": timed["speed_up"],
+            "speedup_low": divide(embree["minimum_ns"], timed["maximum_ns"]), "speedup_high": divide(embree["maximum_ns"], timed["minimum_ns"]),
+            "judged": paths.get("judged"), "wrong": wrong, "wrong_rate": divide(wrong, paths.get("judged")),
+            "wrong_bound_95": upper_bound_95(wrong, paths.get("judged"))})
+    return rows
+
+
 def scene_figures(scene):
     bvh = next((v for v in scene["variants"] if v["id"] == "bvh"), {"id": "bvh"})
     return {
@@ -153,7 +178,7 @@ def scene_figures(scene):
         "bvh_memory_bytes": scene.get("bvh", {}).get("memory_bytes"),
         "packets_bvh": scene.get("packets", {}).get("bvh"), "packets_vcd": scene.get("packets", {}).get("vcd"),
         "variants": [variant_row(scene, v, bvh) for v in scene["variants"]],
-        "kinds": kind_rows(scene), "ways": way_rows(scene), "image_kinds": image_kind_rows(scene)}
+        "kinds": kind_rows(scene), **{use: path_rows(scene, use) for use in USES}, "ways": way_rows(scene), "image_kinds": image_kind_rows(scene)}
 
 
 def short_setting(results):

@@ -45,13 +45,14 @@ def lane(point, points):
 
 def short_name(point):
     """What stands beside a point: the sample rays a cell; proofs take none, so there the depth; "scene" where it was
-    baked for one. +H: a hierarchy behind it."""
+    baked for one. +H: a hierarchy behind it; +O: and horizons before that."""
+    behind = "" if not without_bvh(point) else "+O" if point.get("horizons") else "+H"
     if point["method"] in OF_NO_TREE:
         return {"hierarchy": "H", "embree": "E"}[point["method"]]
     if point.get("demand"):
-        return "scene" + ("+H" if without_bvh(point) else "")
+        return "scene" + behind
     name = f"d{point['depth']}" if point["method"] in PROVED else str(point["samples"])
-    return name + ("+H" if without_bvh(point) else "")
+    return name + behind
 
 
 def depth_key(canvas, right, y, present, depths):

@@ -12,7 +12,7 @@ from wording import KINDS
 
 HERE = pathlib.Path(__file__).parent
 CHART_TITLES = {"speedup": "speed-up against wrong rays", "bake": "bake time against wrong rays",
-                "memory": "memory against rays answered", "kinds": "time by kind of segment", "wrong": "wrong answers",
+                "memory": "memory against rays answered", "kinds": "time by kind of segment", "single_calls": "path tracer, single calls", "wavefronts": "path tracer, wavefronts", "wrong": "wrong answers",
                 "resolved": "share answered"}
 
 
@@ -83,11 +83,16 @@ def build(report, charts, hard, compares):
 <section id="speedup"><h2>Speed-up against wrong rays</h2>
 <p>Up is faster, left is more exact. Speed-up counts only the time spent on shadow rays; whiskers reach from the slowest against
 the fastest repetition to the reverse. A point’s number is its sample rays a cell; proven and hybrid trees, which have shapes of their own, show their depth (d5)
-instead. Filled points leave to Embree what look-ups do not decide; hollow ones (+H) leave it to the sidecar’s hierarchy, and
-H has no look-ups at all. Where exact arithmetic judges, Embree itself is a point, E; else wrong means other than
+instead. Filled points leave to Embree what look-ups do not decide; hollow ones leave it to the sidecar’s hierarchy (+H; +O: horizons
+are asked before, of what begins on the object), and H has no look-ups at all. Where exact arithmetic judges, Embree itself is a point, E; else wrong means other than
 Embree. A tree’s area grows with the square root of its memory. The grey slot at the left is for configurations with no wrong ray seen, whose arrow ends at the 95 % upper
 bound. {axes}</p>
 {charted("speedup")}{dominance_part.all_of(report["dominance"], tables)}</section>
+<section id="paths"><h2>Path tracer</h2>
+<p>The shadow rays of paths with up to four bounces, one at each point, to a light or to the sky: against the fastest of Embree’s ways
+for the same use. First ray by ray, then as arrays of the rays of 4,096 paths. Embree stays out of all other points: +H leaves to the
+hierarchy what look-ups do not decide, +O asks horizons before. Exact arithmetic judges the first rays.</p>
+<h3>Single calls</h3>{charted("single_calls")}<h3>Wavefronts</h3>{charted("wavefronts")}</section>
 <section id="bake"><h2>Bake time against wrong rays</h2>
 <p>What a smaller error costs before rendering. Axes are shared.</p>
 {charted("bake")}</section>

@@ -22,7 +22,7 @@ TIMING = {"median": NUMBER, "minimum": NUMBER, "maximum": NUMBER}
 COUNTS = {"kind": TEXT, "segments": NUMBER, "resolved": NUMBER, "blocked": NUMBER, "clear": NUMBER, "wrong": NUMBER,
           "wrong_resolved": NUMBER, "wrong_bound_95": NUMBER}
 VARIANT = {
-    "id": TEXT, "label": TEXT, "behind": TEXT, "demand": FLAG, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
+    "id": TEXT, "label": TEXT, "behind": TEXT, "demand": FLAG, "horizons": FLAG, "hierarchy_bytes": NUMBER, "horizon_bytes": NUMBER, "method": TEXT, "depth": NUMBER, "samples": NUMBER, "render_seconds": TIMING, "shadow_seconds": TIMING,
     "tests": NUMBER, "bake_seconds": NUMBER, "bake_rays": NUMBER, "memory_bytes": NUMBER, "file_bytes": NUMBER,
     "ship_bytes": NUMBER, "segments": NUMBER, "fallback_segments": NUMBER, "resolved_segments": NUMBER, "wrong": NUMBER,
     "wrong_resolved": NUMBER, "wrong_rate": NUMBER, "wrong_bound_95": NUMBER, "rmse": NUMBER, "max_difference": NUMBER,
@@ -30,12 +30,15 @@ VARIANT = {
     "kinds": [COUNTS], "images": {"shaded": TEXT, "tests": TEXT, "fallback": TEXT, "difference": TEXT}}
 KIND = {"kind": TEXT, "segments": NUMBER, "share": NUMBER, "best_embree": TEXT, "embree": [{"name": TEXT, "ns": TIMING}],
         "vcd": [{"variant": TEXT, "lookup_ns": TIMING, "ns": TIMING, "hierarchy_ns": TIMING, **COUNTS}]}
+NS_TIMING = {"name": TEXT, "median_ns": NUMBER, "minimum_ns": NUMBER, "maximum_ns": NUMBER, "speed_up": NUMBER}
+USE = {"best_embree": TEXT, "embree": [NS_TIMING], "vcd": [NS_TIMING]}
+PATHS = {"segments": NUMBER, "blocked": NUMBER, "differ": NUMBER, "judged": NUMBER, "wrong_embree": NUMBER, "single_calls": USE, "wavefronts": USE}
 SCENE = {"name": TEXT, "title": TEXT, "source": TEXT, "status": TEXT, "error": TEXT, "judge": TEXT, "triangles": NUMBER,
          "instances": NUMBER, "placed_triangles": NUMBER, "objects": NUMBER, "lights": NUMBER, "shadow_segments": NUMBER,
          "bvh": {"build_seconds": NUMBER, "memory_bytes": NUMBER}, "packets": {"bvh": TEXT, "vcd": TEXT},
-         "variants": [VARIANT], "kinds": [KIND]}
+         "variants": [VARIANT], "kinds": [KIND], "paths": PATHS}
 SETTINGS = {"profile": TEXT, "width": NUMBER, "height": NUMBER, "pixel_samples": NUMBER, "light_samples": NUMBER,
-            "repetitions": NUMBER, "threads": NUMBER, "seed": NUMBER, "depths": [NUMBER], "samples": [NUMBER]}
+            "repetitions": NUMBER, "threads": NUMBER, "paths": NUMBER, "horizons": FLAG, "seed": NUMBER, "depths": [NUMBER], "samples": [NUMBER]}
 MACHINE = {"processor": TEXT, "threads": NUMBER, "compiler": TEXT, "embree": TEXT, "embree_isa": TEXT, "system": TEXT,
            "pinned": FLAG, "memory_bytes": NUMBER}
 ROOT = {"tool": TEXT, "version": TEXT, "command": TEXT, "format": NUMBER, "settings": SETTINGS, "machine": MACHINE,

@@ -3,6 +3,7 @@ import math
 
 from axis import SLOT, Axis, scaled, tick_mark
 from canvas import STAND_IN, Canvas
+from chart_data import OF_SPEED
 from figures import MIB
 from formats import show
 from marks import depth_key, grown, lane, look, method_key, short_name, without_bvh
@@ -10,12 +11,12 @@ from marks import depth_key, grown, lane, look, method_key, short_name, without_
 WIDTH, HEIGHT = 380, 336
 LEFT, RIGHT, TOP, BOTTOM = 66, 24, 60, 50
 PLAIN = 9  # diameter of a point whose area says nothing
-UNIT = {("speedup", "y"): "times", ("memory", "x"): "bytes", ("memory", "y"): "share"}
+UNIT = {**{(chart, "y"): "times" for chart in OF_SPEED}, ("memory", "x"): "bytes", ("memory", "y"): "share"}
 
 
 def extent(charts, axis):
     """All values of one axis, whiskers included. Both ends of a speed-up axis show 1, where nothing is gained."""
-    values = [1.0] if charts[0]["chart"] == "speedup" and axis == "y" else []
+    values = [1.0] if charts[0]["chart"] in OF_SPEED and axis == "y" else []
     for p in (p for c in charts for p in c["points"]):
         values += [p[axis], p[f"{axis}_bound"] if p.get(f"{axis}_bound") else p[axis]] if axis == "x" or p.get("y_bound") else []
         if axis == "y":
@@ -45,7 +46,7 @@ def draw(chart, group, depths):
     data = frame(canvas, chart, x, y)
     depth_key(canvas, WIDTH - RIGHT, 14, sorted({p["depth"] for p in chart["points"]} - {None}), depths)
     method_key(canvas, 4, HEIGHT - 10, chart["points"])
-    if kind == "speedup":
+    if kind in OF_SPEED:
         reference(canvas, chart, x, y)
     largest = max((p["area"] or 0 for c in group for p in c["points"]), default=0)
     placed, spots = [], []
@@ -183,7 +184,7 @@ def words(chart, p):
     rate = "no wrong ray seen" if p["wrong_rate"] == 0 else f"{show(p['wrong_rate'], 'percent')} wrong"
     if p["wrong_bound_95"]:
         rate += f" (95\u00a0% bound {show(p['wrong_bound_95'], 'percent')})"
-    gain = f"{show(p['y'], 'ratio')}" if chart["chart"] == "speedup" else f"{show(p['x'], 'seconds')}\u00a0s"
+    gain = f"{show(p['y'], 'ratio')}" if chart["chart"] in OF_SPEED else f"{show(p['x'], 'seconds')}\u00a0s"
     return f"{gain}, {rate}"
 
 
@@ -199,7 +200,7 @@ def describe(chart):
 def says(chart):
     """The caption: the panel's ends, in words."""
     points = chart["points"]
-    if chart["chart"] == "speedup":
+    if chart["chart"] in OF_SPEED:
         first, last = max(points, key=lambda p: p["y"]), min(points, key=lambda p: (p["x"], -p["y"]))
         heads = "Fastest", "Fewest wrong"
     else:

@@ -1,5 +1,5 @@
 """The tables of the page as data: columns with their formats, rows in one section a scene."""
-from figures import is_configuration, is_hierarchy
+from figures import USES, is_configuration, is_hierarchy
 
 
 def column(key, label, kind, group=None):
@@ -50,7 +50,8 @@ def bake_table(scenes):
 def memory_table(scenes):
     return table("memory", "Memory against rays answered", "Configuration", [
         column("memory_bytes", "Memory, MiB", "mib"), column("file_bytes", "File, MiB", "mib"),
-        column("ship_bytes", "Compressed file, MiB", "mib"), column("segments", "Shadow rays", "count"),
+        column("ship_bytes", "Compressed file, MiB", "mib"), column("hierarchy_bytes_a_triangle", "Hierarchy, bytes a triangle", "number"),
+        column("horizon_bytes_a_triangle", "Horizons, bytes a triangle", "number"), column("segments", "Shadow rays", "count"),
         column("resolved_share", "Answered without the BVH", "percent"), column("fallback_segments", "Needed the BVH", "count")],
         [(s, configurations(s)) for s in scenes])
 
@@ -94,6 +95,20 @@ def image_kinds_table(scenes):
         [(s, by_kind(s["image_kinds"])) for s in scenes])
 
 
+def path_table(use, caption):
+    def make(scenes):
+        return table(use, caption, "Configuration", [
+            column("segments", "Shadow rays", "count"), column("ns", "ns a ray", "ns"), column("embree_ns", "Embree's fastest, ns", "ns"),
+            column("embree", "Embree's fastest", "text"), column("speedup", "Speed-up", "ratio"), column("speedup_low", "lowest", "ratio"),
+            column("speedup_high", "highest", "ratio"), column("judged", "Judged", "count"), column("wrong", "Wrong", "count"),
+            column("wrong_rate", "Wrong", "percent"), column("wrong_bound_95", "95 % bound", "percent")],
+            [(s, s[use]) for s in scenes])
+    return make
+
+
+PATH_TABLES = [path_table(use, caption) for use, caption in zip(USES, ("Path tracer, single calls", "Path tracer, wavefronts of 4,096 paths"))]
+
+
 def unclassified_table(scenes):
     return table("unclassified", "Every cell unclassified: what the look-up itself costs", "Variant", [
         column("shadow_seconds", "Shadow rays, s", "seconds"), column("shadow_ratio", "of the BVH's time", "ratio"),
@@ -103,4 +118,4 @@ def unclassified_table(scenes):
 
 
 def all_tables(scenes):
-    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, ways_table, image_kinds_table, unclassified_table)]
+    return [make(scenes) for make in (scenes_table, speedup_table, bake_table, memory_table, kinds_table, ways_table, image_kinds_table, *PATH_TABLES, unclassified_table)]

@@ -7,6 +7,7 @@
 // with them miss the box. Segments that are not finite are unclassified, as alone, and nothing to their neighbours.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <span>
 
@@ -42,22 +43,27 @@ struct PointBundle {
   size_t size() const { return x.size(); }
 };
 
-// One of its segments.
-inline Segment segment_of(const QuadBundle& b, size_t i) {
-  Segment s{{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {}, 1.0f};
-  for (int a = 0; a < 3; ++a)
-    s.direction[a] = ((b.corner[a] - b.origin[a]) + b.u[i] * b.edge_u[a]) + b.v[i] * b.edge_v[a];
-  return s;
+// Along one axis, from the origin to sample i.
+inline float direction_of(const QuadBundle& b, size_t i, size_t axis) {
+  return ((b.corner[axis] - b.origin[axis]) + b.u[i] * b.edge_u[axis]) + b.v[i] * b.edge_v[axis];
 }
-inline Segment segment_of(const SphereBundle& b, size_t i) {
-  return {{b.origin[0], b.origin[1], b.origin[2]},
-          0.0f,
-          {b.x[i] - b.origin[0], b.y[i] - b.origin[1], b.z[i] - b.origin[2]},
-          1.0f};
+inline float direction_of(const SphereBundle& b, size_t i, size_t axis) {
+  const std::span<const float> at[3] = {b.x, b.y, b.z};
+  return at[axis][i] - b.origin[axis];
+}
+inline float direction_of(const PointBundle& b, size_t i, size_t axis) {
+  const std::span<const float> at[3] = {b.x, b.y, b.z};
+  return at[axis][i];
 }
 
-inline Segment segment_of(const PointBundle& b, size_t i) {
-  return {{b.origin[0], b.origin[1], b.origin[2]}, 0.0f, {b.x[i], b.y[i], b.z[i]}, 1.0f};
+// One of its segments.
+template <class Bundle>
+requires std::same_as<Bundle, QuadBundle> || std::same_as<Bundle, SphereBundle> || std::same_as<Bundle, PointBundle>
+    Segment segment_of(const Bundle& b, size_t i) {
+  return {{b.origin[0], b.origin[1], b.origin[2]},
+          0.0f,
+          {direction_of(b, i, 0), direction_of(b, i, 1), direction_of(b, i, 2)},
+          1.0f};
 }
 
 }  // namespace vcd
