@@ -113,41 +113,27 @@ void occluded_packet(Trace trace, const int* valid, RTCScene scene, RTCIntersect
   trace_packet<kWidth>(trace, left.rest, view->rest(), context, rays);
 }
 
-// The rays themselves, since programs keep more behind them that their filters read.
-struct TraceRays {
-  template <class GetLane>
-  void operator()(RTCScene scene, RTCIntersectContext* context, uint64_t left, const GetLane& lane) const {
-    std::array<RTCRay*, kMost> rays;
-    unsigned count = 0;
-    for (uint64_t bits = left; bits; bits &= bits - 1)
-      rays[count++] = reinterpret_cast<RTCRay*>(lane(static_cast<size_t>(std::countr_zero(bits))).first);
-    if (count > 0) VCD_NEXT(rtcOccluded1Mp)(scene, context, rays.data(), count);
-  }
-};
+// Those of up to kMost rays that are left, as a stream of copies.
+template <class GetLane>
+void trace_left(RTCScene scene, RTCIntersectContext* context, uint64_t left, const GetLane& lane) {
+  std::array<RTCRay, kMost> rays;
+  unsigned count = 0;
+  for (uint64_t bits = left; bits; bits &= bits - 1) rays[count++] = lane(std::countr_zero(bits)).copy();
+  if (count == 0) return;
+  VCD_NEXT(rtcOccluded1M)(scene, context, rays.data(), count, sizeof(RTCRay));
+  count = 0;
+  for (uint64_t bits = left; bits; bits &= bits - 1) lane(std::countr_zero(bits)).tfar() = rays[count++].tfar;
+}
 
-struct TraceCopies {
-  template <class GetLane>
-  void operator()(RTCScene scene, RTCIntersectContext* context, uint64_t left, const GetLane& lane) const {
-    std::array<RTCRay, kMost> rays;
-    unsigned count = 0;
-    const auto next = [&](uint64_t bits) { return lane(static_cast<size_t>(std::countr_zero(bits))); };
-    for (uint64_t bits = left; bits; bits &= bits - 1) rays[count++] = next(bits).copy();
-    if (count == 0) return;
-    VCD_NEXT(rtcOccluded1M)(scene, context, rays.data(), count, sizeof(RTCRay));
-    count = 0;
-    for (uint64_t bits = left; bits; bits &= bits - 1) next(bits).tfar() = rays[count++].tfar;
-  }
-};
-
-template <class Trace, class GetLane>
+template <class GetLane>
 void occluded_stream(const View& view, RTCScene scene, RTCIntersectContext* context, size_t count,
                      const GetLane& lane) {
   for (size_t first = 0; first < count; first += kMost) {
     const size_t size = std::min(kMost, count - first);
     const auto of_chunk = [&](size_t i) { return lane(first + i); };
     const Left left = answer(view, context, size, first_bits(size), of_chunk);
-    Trace()(scene, context, left.everywhere, of_chunk);
-    Trace()(view.rest(), context, left.rest, of_chunk);
+    trace_left(scene, context, left.everywhere, of_chunk);
+    trace_left(view.rest(), context, left.rest, of_chunk);
   }
 }
 
@@ -178,14 +164,14 @@ void rtcOccluded16(const int* valid, RTCScene scene, RTCIntersectContext* contex
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned count, size_t stride) {
   const View* view = vcd::preload::view_of(scene);
   if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1M)(scene, context, rays, count, stride);
-  occluded_stream<TraceRays>(*view, scene, context, count, [=](size_t i) {
+  occluded_stream(*view, scene, context, count, [=](size_t i) {
     return Lane{reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i * stride), 1};
   });
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned count) {
   const View* view = vcd::preload::view_of(scene);
   if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1Mp)(scene, context, rays, count);
-  occluded_stream<TraceRays>(*view, scene, context, count, [=](size_t i) { return lane_of(*rays[i]); });
+  occluded_stream(*view, scene, context, count, [=](size_t i) { return lane_of(*rays[i]); });
 }
 void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, unsigned width, unsigned count,
                    size_t stride) {
@@ -193,7 +179,7 @@ void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, 
   if (!view)
     return tally(Count::other_scenes, size_t{width} * count),
            VCD_NEXT(rtcOccludedNM)(scene, context, rays, width, count, stride);
-  occluded_stream<TraceCopies>(*view, scene, context, size_t{width} * count, [=](size_t i) {
+  occluded_stream(*view, scene, context, size_t{width} * count, [=](size_t i) {
     auto* packet = reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i / width * stride);
     return Lane{packet + i % width, width};
   });

@@ -92,14 +92,6 @@ void let_pass(const RTCFilterFunctionNArguments* arguments) {
   for (unsigned i = 0; i < arguments->N; ++i) arguments->valid[i] = 0;
 }
 
-constexpr unsigned kMore = 1;  // id of rays that programs keep more of, behind what Embree knows
-// Whether the user geometry below blocks the ray.
-bool is_seen(const RTCOccludedFunctionNArguments& arguments, unsigned i) {
-  if (RTCRayN_org_x(arguments.ray, arguments.N, i) <= 0) return false;
-  if (arguments.N != 1 || RTCRayN_id(arguments.ray, 1, 0) != kMore) return true;
-  return reinterpret_cast<const RTCRayHit*>(arguments.ray)->hit.primID == 1;
-}
-
 struct Asked {
   std::vector<RTCRay> rays;
   RTCIntersectContext context;
@@ -251,7 +243,8 @@ const std::map<std::string, Build> kScenes = {
            nullptr);
        rtcSetGeometryOccludedFunction(geometry, [](const RTCOccludedFunctionNArguments* arguments) {
          for (unsigned i = 0; i < arguments->N; ++i)
-           if (arguments->valid[i] && is_seen(*arguments, i)) RTCRayN_tfar(arguments->ray, arguments->N, i) = kBlocked;
+           if (arguments->valid[i] && RTCRayN_org_x(arguments->ray, arguments->N, i) > 0)
+             RTCRayN_tfar(arguments->ray, arguments->N, i) = kBlocked;
        });
        rtcCommitGeometry(geometry);
        rtcAttachGeometry(scene, geometry);
@@ -305,10 +298,7 @@ const std::map<std::string, Query> kQueries = {
     {"1M",  // rays apart from one another, and not a multiple of anything
      [](RTCScene scene, RTCIntersectContext* context, std::vector<RTCRay>& rays) {
        std::vector<RTCRayHit> apart(rays.size());
-       for (size_t i = 0; i < rays.size(); ++i) {
-         apart[i].ray = rays[i], apart[i].ray.id = kMore;
-         apart[i].hit.primID = static_cast<unsigned>(i % 2);
-       }
+       for (size_t i = 0; i < rays.size(); ++i) apart[i].ray = rays[i];
        rtcOccluded1M(scene, context, &apart[0].ray, static_cast<unsigned>(rays.size() - 3), sizeof(RTCRayHit));
        for (size_t i = 0; i < rays.size(); ++i) rays[i] = apart[i].ray;
      }},
