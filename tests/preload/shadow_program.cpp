@@ -330,11 +330,12 @@ const std::map<std::string, Query> kQueries = {
          for (int i = 0; i < 50; ++i) rtcReleaseScene(committed_sphere(device));
          rtcReleaseDevice(device);
        });
+       const std::vector<RTCRay> some(rays.begin(), rays.begin() + 300);
        std::vector<std::thread> threads;
        for (size_t t = 0; t < 3; ++t)
-         threads.emplace_back([=, own = *context]() mutable {
+         threads.emplace_back([scene, some, own = *context]() mutable {
            for (int i = 0; i < 20; ++i) {
-             std::vector<RTCRay> copy(300);
+             std::vector<RTCRay> copy = some;
              ask_1(scene, &own, copy);
            }
          });
