@@ -89,6 +89,18 @@ class Install(unittest.TestCase):
         self.assertEqual(exported, declared)
         self.assertIn("[libvcd.so.0]", run("readelf", "-d", library))
 
+    def test_a_debian_package_is_made(self):
+        if not shutil.which("dpkg-shlibdeps"):
+            self.skipTest("needs dpkg-dev")
+        folder = pathlib.Path(self.folder.name) / "packages"
+        run("cpack", "-G", "DEB", "--config", pathlib.Path(os.environ["VCD_BUILD"]) / "CPackConfig.cmake", "-B", folder,
+            "-D", "CPACK_COMPONENTS_ALL=library")
+        package, = folder.glob("*.deb")
+        self.assertRegex(package.name, r"^libvcd0_[0-9.]+_\w+\.deb$")
+        self.assertIn("libzstd1", run("dpkg-deb", "-f", package, "Depends"))
+        self.assertIn("libvcd.so.0 libvcd0", run("dpkg-deb", "-I", package, "symbols"))
+        self.assertIn("/libvcd.so.0 ->", run("dpkg-deb", "-c", package))
+
     def test_cmake_package_bakes(self):
         assets = pathlib.Path(self.folder.name) / "assets"
         assets.mkdir()
