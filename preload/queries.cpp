@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <chrono>
 #include <cstring>
 #include <limits>
 
@@ -11,8 +12,10 @@
 
 namespace {
 
+using vcd::From;
 using vcd::Segment;
 using vcd::Visibility;
+using vcd::preload::Choice;
 using vcd::preload::Count;
 using vcd::preload::View;
 
@@ -91,6 +94,38 @@ Left answer(const View& view, const RTCIntersectContext* context, size_t count, 
   return left;
 }
 
+// Asks, and finds out what it costs as long as that is not known.
+template <class Ask>
+void timed(Choice& choice, From from, bool looked_up, size_t rays, const Ask& ask) {
+  if (!choice.undecided(from)) return ask();
+  const auto begin = std::chrono::steady_clock::now();
+  ask();
+  choice.took(from, looked_up,
+              std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - begin).count(), rays);
+}
+
+// look_up() asks the view first, trace() asks Embree at once.
+template <class LookUp, class Trace>
+void cheaper(const View& view, From from, size_t rays, const LookUp& look_up, const Trace& trace) {
+  Choice& choice = vcd::preload::choice_of(view.id());
+  if (choice.look_up(from)) return timed(choice, from, true, rays, look_up);
+  tally(Count::not_looked_up, rays);
+  timed(choice, from, false, rays, trace);
+}
+
+// The same for a stream of `count` items of `width` rays each; look_up(first, size) and trace(first, size) ask a part.
+template <class LookUp, class Trace>
+void cheaper_stream(const View& view, size_t count, size_t width, const LookUp& look_up, const Trace& trace) {
+  constexpr size_t kBatch = 1024;  // rays, as long as the cheaper way is not known
+  for (size_t first = 0, size = 0; first < count; first += size) {
+    size = count - first;
+    if (vcd::preload::choice_of(view.id()).undecided(From::outside))
+      size = std::min(size, (kBatch + width - 1) / width);
+    cheaper(
+        view, From::outside, size * width, [&] { look_up(first, size); }, [&] { trace(first, size); });
+  }
+}
+
 uint64_t first_bits(size_t count) { return count == 64 ? ~uint64_t{0} : (uint64_t{1} << count) - 1; }
 
 template <size_t kWidth, class Rays, class Trace>
@@ -108,9 +143,13 @@ void occluded_packet(Trace trace, const int* valid, RTCScene scene, RTCIntersect
   const View* view = vcd::preload::view_of(scene);
   if (!view)
     return tally(Count::other_scenes, static_cast<size_t>(std::popcount(asked))), trace(valid, scene, context, rays);
-  const Left left = answer(*view, context, kWidth, asked, [&](size_t i) { return lane_of(*rays, i); });
-  trace_packet<kWidth>(trace, left.everywhere, scene, context, rays);
-  trace_packet<kWidth>(trace, left.rest, view->rest(), context, rays);
+  const auto look_up = [&] {
+    const Left left = answer(*view, context, kWidth, asked, [&](size_t i) { return lane_of(*rays, i); });
+    trace_packet<kWidth>(trace, left.everywhere, scene, context, rays);
+    trace_packet<kWidth>(trace, left.rest, view->rest(), context, rays);
+  };
+  cheaper(*view, From::outside, static_cast<size_t>(std::popcount(asked)), look_up,
+          [&] { trace(valid, scene, context, rays); });
 }
 
 // Those of up to kMost rays that are left, as a stream of copies.
@@ -137,6 +176,15 @@ void occluded_stream(const View& view, RTCScene scene, RTCIntersectContext* cont
   }
 }
 
+void occluded_one(const View& view, RTCScene scene, RTCIntersectContext* context, RTCRay& ray) {
+  const Lane lane = lane_of(ray);
+  const Visibility answer = ray.tnear >= 0 ? view.classify(lane.segment()) : Visibility::unclassified;
+  const Count became = finish(view, context, lane, answer);
+  tally(became, 1);
+  if (became == Count::clear || became == Count::blocked) return;
+  VCD_NEXT(rtcOccluded1)(became == Count::clear_but_rest ? view.rest() : scene, context, &ray);
+}
+
 }  // namespace
 
 extern "C" {
@@ -145,12 +193,12 @@ void rtcOccluded1(RTCScene scene, RTCIntersectContext* context, RTCRay* ray) {
   const View* view = vcd::preload::view_of(scene);
   if (!view) return tally(Count::other_scenes, 1), VCD_NEXT(rtcOccluded1)(scene, context, ray);
   if (ray->tnear > ray->tfar) return;  // empty: Embree leaves it as it is
-  const Lane lane = lane_of(*ray);
-  const Visibility answer = ray->tnear >= 0 ? view->classify(lane.segment()) : Visibility::unclassified;
-  const Count became = finish(*view, context, lane, answer);
-  tally(became, 1);
-  if (became == Count::clear || became == Count::blocked) return;
-  VCD_NEXT(rtcOccluded1)(became == Count::clear_but_rest ? view->rest() : scene, context, ray);
+  cheaper(
+      *view, view->from(&ray->org_x), 1, [&] { occluded_one(*view, scene, context, *ray); },
+      [&] {
+        VCD_NEXT(rtcOccluded1)
+        (scene, context, ray);
+      });
 }
 void rtcOccluded4(const int* valid, RTCScene scene, RTCIntersectContext* context, RTCRay4* rays) {
   occluded_packet<4>(VCD_NEXT(rtcOccluded4), valid, scene, context, rays);
@@ -164,25 +212,48 @@ void rtcOccluded16(const int* valid, RTCScene scene, RTCIntersectContext* contex
 void rtcOccluded1M(RTCScene scene, RTCIntersectContext* context, RTCRay* rays, unsigned count, size_t stride) {
   const View* view = vcd::preload::view_of(scene);
   if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1M)(scene, context, rays, count, stride);
-  occluded_stream(*view, scene, context, count, [=](size_t i) {
-    return Lane{reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i * stride), 1};
-  });
+  const auto at = [=](size_t i) { return reinterpret_cast<RTCRay*>(reinterpret_cast<std::byte*>(rays) + i * stride); };
+  cheaper_stream(
+      *view, count, 1,
+      [&](size_t first, size_t size) {
+        occluded_stream(*view, scene, context, size, [&](size_t i) { return lane_of(*at(first + i)); });
+      },
+      [&](size_t first, size_t size) {
+        VCD_NEXT(rtcOccluded1M)(scene, context, at(first), static_cast<unsigned>(size), stride);
+      });
 }
 void rtcOccluded1Mp(RTCScene scene, RTCIntersectContext* context, RTCRay** rays, unsigned count) {
   const View* view = vcd::preload::view_of(scene);
   if (!view) return tally(Count::other_scenes, count), VCD_NEXT(rtcOccluded1Mp)(scene, context, rays, count);
-  occluded_stream(*view, scene, context, count, [=](size_t i) { return lane_of(*rays[i]); });
+  cheaper_stream(
+      *view, count, 1,
+      [&](size_t first, size_t size) {
+        occluded_stream(*view, scene, context, size, [&](size_t i) { return lane_of(*rays[first + i]); });
+      },
+      [&](size_t first, size_t size) {
+        VCD_NEXT(rtcOccluded1Mp)(scene, context, rays + first, static_cast<unsigned>(size));
+      });
 }
 void rtcOccludedNM(RTCScene scene, RTCIntersectContext* context, RTCRayN* rays, unsigned width, unsigned count,
                    size_t stride) {
   const View* view = vcd::preload::view_of(scene);
-  if (!view)
+  if (!view || width == 0)
     return tally(Count::other_scenes, size_t{width} * count),
            VCD_NEXT(rtcOccludedNM)(scene, context, rays, width, count, stride);
-  occluded_stream(*view, scene, context, size_t{width} * count, [=](size_t i) {
-    auto* packet = reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i / width * stride);
-    return Lane{packet + i % width, width};
-  });
+  const auto packet = [=](size_t i) {
+    return reinterpret_cast<float*>(reinterpret_cast<std::byte*>(rays) + i * stride);
+  };
+  cheaper_stream(
+      *view, count, width,
+      [&](size_t first, size_t size) {
+        occluded_stream(*view, scene, context, size * width, [&](size_t i) {
+          return Lane{packet(first + i / width) + i % width, width};
+        });
+      },
+      [&](size_t first, size_t size) {
+        VCD_NEXT(rtcOccludedNM)
+        (scene, context, reinterpret_cast<RTCRayN*>(packet(first)), width, static_cast<unsigned>(size), stride);
+      });
 }
 void rtcOccludedNp(RTCScene scene, RTCIntersectContext* context, const RTCRayNp* rays, unsigned count) {
   tally(Count::other_scenes, count);  // members lie anywhere: left to Embree

@@ -22,6 +22,13 @@ Answers answers_of(std::string_view name) {
   std::exit(1);
 }
 
+bool is_always(std::string_view name) {
+  if (name.empty() || name == "measured") return false;
+  if (name == "always") return true;
+  std::fprintf(stderr, "libvcd_embree3: VCD_LOOK_UP is measured or always\n");
+  std::exit(1);
+}
+
 Settings read() {
   Settings settings;
   for (std::string_view left = variable("VCD_SIDECARS"); !left.empty();) {
@@ -31,6 +38,7 @@ Settings read() {
   }
   settings.export_to = variable("VCD_EXPORT");
   settings.answers = answers_of(variable("VCD_ANSWERS"));
+  settings.look_up_always = is_always(variable("VCD_LOOK_UP"));
   return settings;
 }
 

@@ -17,6 +17,7 @@ struct Settings {
   std::vector<std::filesystem::path> sidecars;  // VCD_SIDECARS=FOLDER[:FOLDER ...]
   std::filesystem::path export_to;              // VCD_EXPORT=FOLDER; empty: meshes are not exported
   Answers answers = Answers::proven;            // VCD_ANSWERS=proven|statistical|exact|none
+  bool look_up_always = false;                  // VCD_LOOK_UP=measured|always: whether or not it saves time
 
   bool reads_meshes() const { return !export_to.empty() || (answers != Answers::none && !sidecars.empty()); }
 };

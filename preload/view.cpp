@@ -106,6 +106,8 @@ bool ViewMaker::add_rest_scene(View& view, RTCDevice device, RTCScene scene) con
 std::unique_ptr<const View> ViewMaker::make(RTCDevice device, RTCScene scene) const {
   if (instances_.empty()) return nullptr;
   std::unique_ptr<View> view(new View);
+  static std::atomic<uint64_t> views = 0;
+  view->id_ = ++views;
   view->filtered_ = filtered_;
   view->masks_ = masks_;
   if (!add_objects(*view) || !add_rest_scene(*view, device, scene)) return nullptr;

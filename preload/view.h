@@ -38,6 +38,16 @@ class View {
     return seen;
   }
 
+  // Where a ray begins, as far as that is known at once.
+  From from(const float origin[3]) const {
+    if (!single_) return From::outside;
+    const ObjectRecord& record = single_->record();
+    for (int a = 0; a < 3; ++a)
+      if (!(origin[a] > record.box_min[a] && origin[a] < record.box_max[a])) return From::outside;
+    return From::inside;
+  }
+
+  uint64_t id() const { return id_; }      // no other view has or had it; never 0
   RTCScene rest() const { return rest_; }  // null: nothing else is in the scene
 
  private:
@@ -49,6 +59,7 @@ class View {
   bool filtered_ = false;
   std::vector<uint32_t> masks_;  // all different ones of what may block
   RTCScene rest_ = nullptr;
+  uint64_t id_ = 0;
 };
 
 // Puts a View together, part by part.

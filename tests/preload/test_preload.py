@@ -14,11 +14,12 @@ QUERIES = ("1", "4", "8", "16", "1M", "1Mp", "NM", "threads")
 REPORT = re.compile(r"libvcd_embree3: (?P<meshes>\d+) meshes: (?P<with_sidecar>\d+) with a sidecar, (?P<exported>\d+) exported\n"
                     r"libvcd_embree3: (?P<asked>\d+) shadow rays: (?P<clear>\d+) clear, (?P<blocked>\d+) blocked; clear of "
                     r"sidecars, the rest traced by Embree: (?P<rest>\d+); traced by Embree: (?P<unclassified>\d+) unclassified, "
-                    r"(?P<held_back>\d+) blocked unless a filter or mask says no, (?P<other>\d+) in scenes without sidecars\n")
+                    r"(?P<held_back>\d+) blocked unless a filter or mask says no, "
+                    r"(?P<not_looked_up>\d+) since look-ups cost more, (?P<other>\d+) in scenes without sidecars\n")
 
 
 def run(scene, query, program="shadow_program", preload=True, **variables):
-    env = {**os.environ, **{name: str(value) for name, value in variables.items()}}
+    env = {**os.environ, "VCD_LOOK_UP": "always", **{name: str(value) for name, value in variables.items()}}
     if preload:
         env["LD_PRELOAD"] = str(LIBRARY)
     done = subprocess.run([TEST_BIN / program, scene, query], env=env, capture_output=True, text=True, timeout=120)
@@ -48,7 +49,7 @@ class Preload(unittest.TestCase):
         answers, report = run(scene, query, VCD_SIDECARS=self.sidecars, **variables)
         self.assertEqual(answers, expected, f"{scene} {query}")
         self.assertIsInstance(report, dict, report)
-        self.assertEqual(report["asked"], sum(report[n] for n in ("clear", "blocked", "rest", "unclassified", "held_back", "other")))
+        self.assertEqual(report["asked"], sum(report[n] for n in ("clear", "blocked", "rest", "unclassified", "held_back", "not_looked_up", "other")))
         return report
 
     def test_every_query_gets_embrees_answers(self):
@@ -101,6 +102,14 @@ class Preload(unittest.TestCase):
                 with self.subTest(scene=scene, query=query):
                     report = self.compare(scene, query, VCD_ANSWERS="exact")
                     self.assertEqual(report["unclassified"], 0)
+
+    def test_what_pays_is_measured(self):
+        for scene in ("mesh", "user", "instances"):
+            for query in QUERIES:
+                with self.subTest(scene=scene, query=query):
+                    report = self.compare(scene, query, VCD_LOOK_UP="measured")
+                    self.assertGreater(report["clear"] + report["rest"], 100)
+                    self.assertGreater(report["not_looked_up"], 500)
 
     def test_none_answers_nothing(self):
         self.assertEqual(self.compare("mesh", "1", VCD_ANSWERS="none")["other"], 4096)
