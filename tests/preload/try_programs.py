@@ -16,6 +16,8 @@ import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
 PROGRAMS = (("pathtracer", "--spp", "8", "--size", "512", "512"), ("viewer", "--shader", "ao", "--size", "768", "768"))
+MODES = {"alone": None, "proven": {}, "proven always": {"VCD_LOOK_UP": "always"},
+         "exact always": {"VCD_ANSWERS": "exact", "VCD_LOOK_UP": "always"}}
 REPEATS = 2  # the fastest counts
 
 
@@ -67,20 +69,18 @@ def main():
         scene = ("-c", folder / "scene.ecs", "-o")
         run((*PROGRAMS[0], *scene, folder / "export.ppm"), [library], VCD_EXPORT=str(folder / "meshes"))
         subprocess.run([build / "bin/vc-bake", folder / "meshes", "-o", folder / "sidecars", "-m", "proven", "--quiet"], check=True)
+        sidecars = {"VCD_SIDECARS": str(folder / "sidecars")}
         for program in PROGRAMS:
-            for answers in ("alone", "proven", "exact"):
-                picture = folder / f"{answers}.ppm"
-                preload, variables = [library], {"VCD_SIDECARS": str(folder / "sidecars"), "VCD_ANSWERS": answers}
-                if answers == "alone":
-                    preload, variables = [], {}
-                runs = [run((*program, *scene, picture), preload, **variables) for _ in range(REPEATS)]
+            for mode, variables in MODES.items():
+                picture = folder / (mode.replace(" ", "-") + ".ppm")
+                preload = [] if variables is None else [library]
+                runs = [run((*program, *scene, picture), preload, **sidecars, **(variables or {})) for _ in range(REPEATS)]
                 same = "same picture" if filecmp.cmp(folder / "alone.ppm", picture, shallow=False) else "another picture"
-                print(f"{program[0]} {answers}: {min(runs)[0]:.2f} s, {same}\n  {runs[0][1]}".rstrip(), flush=True)
-        for answers in ("alone", "proven", "exact"):
-            preload = [build / "tests/libgive_mask.so", "libembree3.so.3" if answers == "alone" else library]
-            _, said = run(("/usr/bin/python3", HERE / "open3d_shadows.py", mesh), preload, VCD_SIDECARS=str(folder / "sidecars"),
-                          VCD_ANSWERS="proven" if answers == "alone" else answers)
-            print(f"Open3D {answers}: {said}", flush=True)
+                print(f"{program[0]} {mode}: {min(runs)[0]:.2f} s, {same}\n  {runs[0][1]}".rstrip(), flush=True)
+        for mode, variables in MODES.items():
+            preload = [build / "tests/libgive_mask.so", "libembree3.so.3" if variables is None else library]
+            _, said = run(("/usr/bin/python3", HERE / "open3d_shadows.py", mesh), preload, **sidecars, **(variables or {}))
+            print(f"Open3D {mode}: {said}", flush=True)
 
 
 if __name__ == "__main__":
