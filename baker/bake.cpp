@@ -24,6 +24,7 @@
 #include "object/baked_object.h"
 #include "octree/demote.h"
 #include "octree/octree.h"
+#include "plan/blocked_proofs.h"
 #include "plan/probe.h"
 #include "prepare/clearances.h"
 #include "prepare/place.h"
@@ -294,6 +295,9 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try 
   const ChosenClassifier classifier = make_classifier(grid, *tracer, options);
   Plan plan = forecast(grid, *tracer, *classifier.cells, options, deadline);
   plan.horizons = horizons;
+  plan.health = mesh_health(mesh.positions.size(), mesh.triangles);
+  if (classifier.proofs)
+    plan.proofs = count_blocked_proofs(*classifier.proofs, mesh, plan.health, plan.depth ? plan.depth : 5);
   return plan;
 } catch (const std::bad_alloc&) {
   return Error{ErrorCode::runtime, "out of memory"};

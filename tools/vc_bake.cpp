@@ -8,11 +8,13 @@
 #include <vcd/library/assets.h>
 #include <vcd/library/batch.h>
 #include <vcd/library/prune.h>
+#include "bake/attach.h"
 #include "bake/console.h"
 #include "bake/depfile.h"
 #include "bake/events.h"
 #include "bake/options.h"
 #include "bake/report.h"
+#include "common/health_report.h"
 #include "common/limits.h"
 #include "common/meshes.h"
 #include "common/paths.h"
@@ -37,6 +39,7 @@ struct Options {
   bool plan_only = false, update = false, resume = false, fail_fast = false, dry_run = false, prune = false,
        verbose = false;
   std::string cache, report, events, depfile, depfile_target;
+  AttachRequest attach;
 };
 
 unsigned threads_of(const Options& options) { return options.threads ? options.threads : available_processors(); }
@@ -144,6 +147,8 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
     note(write_depfile(options.depfile,
                        options.depfile_target.empty() ? assets[0].output : fs::path(options.depfile_target), files));
   }
+  if (!options.attach.to.empty() && !options.dry_run && records[0].ok())
+    note(write_attached(options.attach, assets[0]));
   const bool as_json = options.common.format == OutputFormat::json;
   if (!as_json && options.report.empty()) return codes;
   const Json report = report_json(assets, records, run);
@@ -189,6 +194,10 @@ int run(const Options& options) {
   const std::vector<Asset>& assets = found->assets;
   if (!options.depfile.empty() && assets.size() != 1) return fail({ErrorCode::usage, "--depfile is for one asset"});
   if (const auto fault = check_written(options, assets)) return fail(*fault);
+  if (!options.attach.to.empty()) {
+    if (assets.size() != 1) return fail({ErrorCode::usage, "--attach is for one asset"});
+    if (const auto fault = check_attach(options.attach, assets[0])) return fail(*fault);
+  }
   if (assets.empty() && found->errors.empty()) found->errors.push_back({ErrorCode::io, "no mesh file found"});
   for (const Error& error : found->errors) print_error(error.message);
 
@@ -227,11 +236,15 @@ Json plan_object(const Options& options, const Asset& asset, const PreparedMesh&
   if (options.common.format == OutputFormat::text) {
     std::printf("%s: object %u %s, %zu triangles\n", shown(asset.input).c_str(), mesh.source_index, name.c_str(),
                 mesh.triangles.size());
+    std::fputs(health_summary(planned->health).c_str(), stdout);
+    if (planned->proofs) std::fputs(proofs_summary(*planned->proofs).c_str(), stdout);
     print_plan(*planned);
   }
   return {{"source_index", mesh.source_index},
           {"name", mesh.name},
           {"triangle_count", mesh.triangles.size()},
+          {"surface", describe_health(planned->health)},
+          {"proofs", planned->proofs ? describe_proofs(*planned->proofs) : Json()},
           {"plan", describe_plan(*planned)}};
 }
 
@@ -304,6 +317,13 @@ void add_run_options(CLI::App& app, Options& options) {
   app.add_option("--events", options.events,
                  "Write each event as it happens, a JSON object a line; -: to standard output")
       ->type_name("FILE");
+  auto* const attach =
+      app.add_option("--attach", options.attach.to,
+                     "Write one asset's mesh file again, to this file beside it, with its sidecar as an attribute: the "
+                     "extension\nVCD_visibility of glTF meshes, a comment in PLY and OBJ")
+          ->type_name("FILE");
+  app.add_flag("--embed", options.attach.embed, "The sidecar itself, as a buffer view, and not its name; glTF only")
+      ->needs(attach);
   auto* const depfile =
       app.add_option(
              "--depfile", options.depfile,

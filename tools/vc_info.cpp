@@ -1,4 +1,4 @@
-// vc-info: shows what sidecars and demands hold, turns one storage into the other, and merges demands.
+// vc-info: shows what sidecars, demands and mesh files hold, turns one storage into the other, and merges demands.
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -9,15 +9,19 @@
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
 #include <vcd/runtime/sidecar.h>
+#include <vcd/writer/atomic_file.h>
 #include <vcd/writer/demand.h>
 #include <vcd/writer/writer.h>
 
 #include <vcd/library/find.h>
 #include "bake/options.h"
 #include "common/describe.h"
+#include "common/health_report.h"
+#include "common/meshes.h"
 #include "common/paths.h"
 #include "common/program.h"
 #include "common/readable.h"
+#include "info/show_mesh.h"
 
 namespace {
 
@@ -27,9 +31,9 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   std::vector<std::string> files;
-  std::string repack, merge, asked;
+  std::string repack, merge, asked, culprits;
   uint64_t most_segments = kMostAskedSegments;
-  library::BakeSettings settings;  // its storage is that of --repack
+  library::BakeSettings settings;  // its storage is that of --repack; how mesh files are read
   bool sections = false;
 };
 
@@ -68,6 +72,10 @@ Json describe(const Answered& a) {
           {"proven", Answered::share(a.proven, a.all)}};
 }
 
+baker::MeshHealth health_of(const baker::PreparedMesh& mesh) {
+  return baker::mesh_health(mesh.positions.size(), mesh.triangles);
+}
+
 Json describe(const std::string& path, const SidecarContents& contents, const Demand& asked) {
   Json json{{"file", path},
             {"format_version", {contents.header->version_major, contents.header->version_minor}},
@@ -76,6 +84,9 @@ Json describe(const std::string& path, const SidecarContents& contents, const De
   for (const ObjectContents& object : contents.objects) {
     json["objects"].push_back(describe_object(object));
     if (!asked.empty()) json["objects"].back()["asked"] = describe(answered_of(object, asked));
+    if (object.geometry.empty()) continue;
+    if (const auto mesh = embedded_mesh(path, object))
+      json["objects"].back()["surface"] = describe_health(health_of(*mesh));
   }
   json["sections"] = Json::array();
   for (const SectionEntry& section : contents.sections) json["sections"].push_back(describe_section(section));
@@ -102,8 +113,10 @@ void print(const std::string& path, const SidecarContents& contents, const Deman
                   readable_percent(Answered::share(a.answered, a.all)).c_str(),
                   readable_percent(Answered::share(a.proven, a.all)).c_str());
     }
-    if (!object.geometry.empty())
-      std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
+    if (object.geometry.empty()) continue;
+    std::printf("  geometry  embedded, %s\n", readable_bytes(object.geometry.size()).c_str());
+    if (const auto mesh = embedded_mesh(path, object)) std::fputs(health_summary(health_of(*mesh)).c_str(), stdout);
+    else print_note(mesh.error().message);
   }
   for (const auto& [key, value] : contents.provenance)
     std::printf("%s: %s\n", printable(key).c_str(), printable(value).c_str());
@@ -151,6 +164,37 @@ int show_demand(const std::string& path, const Options& options, Json& all) {
   }
   if (options.common.format == OutputFormat::json) all.push_back(describe(path, *demand));
   else print(path, *demand);
+  return kExitOk;
+}
+
+// Why the culprits must not be written there: only culprits are replaced, since a mesh is named alike.
+std::optional<Error> fault_of_culprits(const std::string& path) {
+  std::error_code none;
+  if (extension_of(path) != "obj") return Error{ErrorCode::usage, shown(path) + ": what is written is OBJ"};
+  if (!std::filesystem::exists(std::filesystem::symlink_status(path, none))) return std::nullopt;
+  std::string begin(kCulpritsBegin.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  if (std::filesystem::is_regular_file(path, none) &&
+      file.read(begin.data(), static_cast<std::streamsize>(begin.size())) && begin == kCulpritsBegin)
+    return std::nullopt;
+  return Error{ErrorCode::usage, shown(path) + ": is there and was not written by --culprits"};
+}
+
+// Shows a mesh file. Its exit code.
+int show_mesh(const std::string& path, const Options& options, Json& all) {
+  const auto mesh = tools::show_mesh(path, options.settings.ingest_options(), options.common.quiet);
+  if (!mesh) {
+    print_error(mesh.error().message);
+    all.push_back({{"file", path}, {"error", mesh.error().message}});
+    return exit_code(mesh.error().code);
+  }
+  all.push_back(mesh->json);
+  if (options.common.format == OutputFormat::text) std::fputs(mesh->text.c_str(), stdout);
+  if (options.culprits.empty()) return kExitOk;
+  AtomicFile file(options.culprits);
+  file.append(std::as_bytes(std::span(mesh->culprits)));
+  const auto written = file.commit();
+  if (!written) return print_error(written.error().message), exit_code(written.error().code);
   return kExitOk;
 }
 
@@ -216,6 +260,12 @@ int run(const Options& options) {
     print_error(shown(options.merge) + ": is named like a mesh or a sidecar");
     return exit_code(ErrorCode::usage);
   }
+  if (!options.culprits.empty()) {
+    const bool is_one = options.files.size() == 1 && library::has_extension(options.files[0], baker::mesh_extensions());
+    const auto fault =
+        is_one ? fault_of_culprits(options.culprits) : Error{ErrorCode::usage, "--culprits takes one mesh file"};
+    if (fault) return print_error(fault->message), exit_code(fault->code);
+  }
   catch_interruptions();
   if (!options.merge.empty()) return merge_demands(options);
   Demand asked;
@@ -229,6 +279,10 @@ int run(const Options& options) {
   for (const std::string& path : options.files) {
     if (options.repack.empty() && is_demand(path)) {
       codes.push_back(show_demand(path, options, all));
+      continue;
+    }
+    if (options.repack.empty() && library::has_extension(path, baker::mesh_extensions())) {
+      codes.push_back(show_mesh(path, options, all));
       continue;
     }
     const auto sidecar = Sidecar::open(path, {Load::copy});  // a map of a file that somebody truncates raises SIGBUS
@@ -267,12 +321,16 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
   Options options;
   CLI::App app{
-      "Shows what .vcd sidecars and demands hold, writes a sidecar again with another storage, or merges\n"
+      "Shows what .vcd sidecars, demands and mesh files hold, writes a sidecar again with another storage, or merges\n"
       "demands."};
-  app.add_option("files", options.files, "Sidecars or demands; @FILE: a list of them")
+  app.add_option("files", options.files, "Sidecars, demands or mesh files; @FILE: a list of them")
       ->required()
       ->type_name("FILE...");
   app.add_flag("--sections", options.sections, "List the sections too");
+  app.add_option("--culprits", options.culprits,
+                 "Write the boundary and non-manifold edges of a mesh file as lines to this OBJ file, and non-manifold "
+                 "vertices as\npoints")
+      ->type_name("FILE.obj");
   app.add_option("--asked", options.asked, "Show how much each object's cells answer of what this demand asks of it")
       ->type_name("DEMAND");
   auto* const repack =
@@ -287,6 +345,7 @@ int main(int argc, char** argv) {
       ->needs(merge);
   for (const library::Setting& setting : library::settings_table())
     if (setting.name == "storage") add_setting(app, options.settings, setting);
+  add_reading_settings(app, options.settings);
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] { return run(options); });
 }

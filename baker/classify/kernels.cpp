@@ -143,6 +143,7 @@ bool FloodSurface(const FloodState& state, const Shaft& shaft, uint32_t seed) {
   const auto cross = [&](uint32_t triangle, uint32_t edge, const End& p, const End& q) HWY_ATTR {
     if (!edge_meets(p.distance, p.outside, q.distance, q.outside)) return true;
     const uint32_t next = state.neighbour[3 * size_t{triangle} + edge];
+    if (next == kBoundary) *state.ended_at = 3 * triangle + edge;
     if (next == kBoundary) return false;
     if (state.stamps[next] == state.stamp) return true;
     if (state.stamps[next] >= state.first_stamp || reached >= state.limit) return false;

@@ -61,7 +61,8 @@ struct FloodState {
   uint32_t* stamps;           // a triangle's is `stamp` once it is reached
   uint32_t first_stamp, stamp;
   uint32_t limit;
-  FloodStep* stack;  // room for limit + 4
+  FloodStep* stack;    // room for limit + 4
+  uint32_t* ended_at;  // a slot without a neighbour is written here when the flood fails there
 };
 
 // See Surface::flood.

@@ -19,12 +19,12 @@ ChosenClassifier make_classifier(const GridMesh& mesh, const Tracer& tracer, con
   assert(options.method != Method::none);
   if (options.method == Method::sampled) {
     const uint32_t samples = options.samples ? options.samples : kDefaultSamples;
-    return {std::make_unique<SampledCells>(SampledClassifier(tracer, samples, options.seed)), samples};
+    return {std::make_unique<SampledCells>(SampledClassifier(tracer, samples, options.seed)), nullptr, samples};
   }
   const ProvenOptions proven{options.seed, options.method == Method::hybrid, options.samples};
   auto classifier = std::make_unique<ProvenClassifier>(mesh, tracer, proven);
-  const uint32_t samples = classifier->samples();
-  return {std::move(classifier), samples};
+  const ProvenClassifier* const proofs = classifier.get();
+  return {std::move(classifier), proofs, proofs->samples()};
 }
 
 }  // namespace vcd::baker

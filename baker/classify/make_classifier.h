@@ -16,9 +16,12 @@ namespace vcd::baker {
 // Embree's hierarchy over the mesh. Errors: runtime (out of memory).
 Result<Tracer> trace_in_grid(const GridMesh& mesh);
 
+class ProvenClassifier;
+
 struct ChosenClassifier {
   std::unique_ptr<const CellClassifier> cells;
-  uint32_t samples;  // that a class by statistics rests on
+  const ProvenClassifier* proofs;  // the same, if it proves
+  uint32_t samples;                // that a class by statistics rests on
 };
 
 // The classifier of options.method, which must not be none. Mesh and tracer outlive it.

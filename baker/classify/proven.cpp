@@ -112,6 +112,13 @@ bool ProvenClassifier::prove_blocked(const Cell& cell, Workspace& workspace) con
   return false;
 }
 
+ProvenClassifier::Attempt ProvenClassifier::try_blocked(const Cell& cell, Workspace& workspace) const {
+  if (first_look_.classify(cell, workspace.rays) != CellVerdict::blocked) return {};
+  workspace.flood.begin(triangle_count_);
+  const bool is_proven = prove_blocked(cell, workspace);
+  return {true, is_proven, workspace.flood.ended_at()};
+}
+
 // No proof: first rays where a gap would be, then rays all over the cell. In foliage there are edges everywhere, and
 // rays all over find as much.
 bool ProvenClassifier::statistically_blocked(const Cell& cell, Workspace& workspace) const {

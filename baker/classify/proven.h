@@ -24,6 +24,14 @@ class ProvenClassifier : public CellClassifier {
 
   uint32_t classify(const Cell& cell, bool deepest, Workspace& workspace) const override;
 
+  // What becomes of a proof of blocked.
+  struct Attempt {
+    bool looks_blocked = false;  // to 16 rays; else no proof is tried
+    bool is_proven = false;
+    uint32_t ended_at = 0;  // a boundary edge at which a sheet ends: 3 · triangle + edge; kBoundary if none does
+  };
+  Attempt try_blocked(const Cell& cell, Workspace& workspace) const;
+
   // Whether proofs of blocked hardly ever succeed, as in foliage and hair, so that with a statistical tier none is
   // tried.
   bool rays_alone() const { return rays_alone_; }

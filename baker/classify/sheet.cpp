@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "prepare/topology.h"
+
 namespace vcd::baker {
 
 Surface::Surface(std::span<const Position> positions, std::span<const TriangleIndices> triangles,
@@ -16,14 +18,21 @@ void Surface::Flood::begin(size_t triangles) {
     stamp_ = 0;
   }
   first_ = stamp_ + 1;
+  ended_at_ = kBoundary;
 }
 
 bool Surface::flood(const Shaft& shaft, uint32_t seed, uint32_t limit, Flood& flood) const {
   flood.stack_.resize(std::max<size_t>(flood.stack_.size(), limit + 4));
   ++flood.stamp_;
-  const FloodState state{
-      vertices_.data(),   triangles_.data(), neighbour_.data(), flood.stamps_.data(), flood.first_, flood.stamp_, limit,
-      flood.stack_.data()};
+  const FloodState state{vertices_.data(),
+                         triangles_.data(),
+                         neighbour_.data(),
+                         flood.stamps_.data(),
+                         flood.first_,
+                         flood.stamp_,
+                         limit,
+                         flood.stack_.data(),
+                         &flood.ended_at_};
   return flood_surface(state, shaft, seed);
 }
 

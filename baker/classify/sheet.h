@@ -25,11 +25,13 @@ class Surface {
     void begin(size_t triangles);
     bool reached(uint32_t triangle) const { return stamps_[triangle] == stamp_; }         // by the last flood
     bool reached_before(uint32_t triangle) const { return stamps_[triangle] >= first_; }  // by any since begin()
+    // Where a flood since begin() came to a boundary edge: 3 · triangle + edge. kBoundary if none did.
+    uint32_t ended_at() const { return ended_at_; }
 
    private:
     friend class Surface;
     std::vector<uint32_t> stamps_;  // by triangle
-    uint32_t first_ = 1, stamp_ = 0;
+    uint32_t first_ = 1, stamp_ = 0, ended_at_ = 0;
     std::vector<FloodStep> stack_;
   };
 

@@ -29,14 +29,9 @@ uint32_t read_u32(std::span<const uint8_t> bytes, size_t offset) {
   return value;
 }
 
-struct GlbChunks {
-  std::span<const uint8_t> json;
-  std::span<const uint8_t> binary;
-};
-
 // JSON must come first, the binary chunk may come second; chunks of other types are passed over, as the
 // specification asks. Bytes behind the declared length are passed over too.
-GlbChunks split_glb(std::span<const uint8_t> file) {
+GltfContainer split_glb(std::span<const uint8_t> file) {
   if (file.size() < glb_header_size) fail_invalid("truncated GLB: shorter than its 12-byte header");
   const uint32_t version = read_u32(file, 4);
   if (version == 1) fail_gltf(ErrorCode::unsupported, "glTF 1.0 (GLB version 1) is not supported, convert it to 2.0");
@@ -45,7 +40,7 @@ GlbChunks split_glb(std::span<const uint8_t> file) {
   if (length > file.size()) {
     fail_invalid("truncated GLB: declares " + std::to_string(length) + " bytes, has " + std::to_string(file.size()));
   }
-  GlbChunks chunks;
+  GltfContainer chunks{.is_binary = true, .json = {}, .binary = {}, .others = {}};
   size_t number = 0;
   for (size_t offset = glb_header_size; offset < length; ++number) {
     if (length - offset < chunk_header_size) fail_invalid("GLB chunk " + std::to_string(number) + ": truncated header");
@@ -61,6 +56,7 @@ GlbChunks split_glb(std::span<const uint8_t> file) {
     if (type == json_chunk_type) chunks.json = file.subspan(offset, size);
     if (type == binary_chunk_type) chunks.binary = file.subspan(offset, size);
     offset += size;
+    if (number == 0 || type == binary_chunk_type) chunks.others = file.subspan(offset, length - offset);
   }
   if (number == 0) fail_invalid("GLB without a JSON chunk");
   return chunks;
@@ -126,38 +122,30 @@ std::span<const uint8_t> as_bytes(std::string_view bytes) {
   return {reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()};
 }
 
+GltfContainer split_gltf(std::span<const uint8_t> file) {
+  // The content decides: either extension is found on both containers.
+  if (file.size() >= 4 && read_u32(file, 0) == glb_magic) return split_glb(file);
+  const bool begins_as_json = !file.empty() && std::string_view("{ \t\r\n\xEF").find(file[0]) != std::string_view::npos;
+  const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    fail_gltf(ErrorCode::unsupported, "UTF-16 text; the JSON of glTF is UTF-8");
+  if (!begins_as_json) fail_invalid("neither GLB, which begins with \"glTF\", nor JSON");
+  return {.is_binary = false, .json = file, .binary = {}, .others = {}};
+}
+
 GltfDocument::GltfDocument(const std::filesystem::path& path, std::string_view bytes)
-    : folder_(path.parent_path()), file_(as_bytes(bytes)) {
-  split_container();
+    : folder_(path.parent_path()), container_(split_gltf(as_bytes(bytes))) {
+  const std::span<const uint8_t> text = container_.json;
   try {
-    json_ = json::parse(json_text_.begin(), json_text_.end());
+    json_ = json::parse(text.begin(), text.end());
   } catch (const json::parse_error& error) {
-    fail_invalid("the JSON is malformed: " + place_in(json_text_, error.byte) + reason_of(error.what()));
+    fail_invalid("the JSON is malformed: " + place_in(text, error.byte) + reason_of(error.what()));
   } catch (const json::exception& error) {
     fail_invalid("the JSON is malformed: " + reason_of(error.what()));
   }
   const GltfObject document(json_, "");
   check_version(document, json_);
   check_required_extensions(document.array("extensionsRequired"));
-}
-
-void GltfDocument::split_container() {
-  const std::span<const uint8_t> file = file_;
-  // The content decides: either extension is found on both containers.
-  is_binary_ = file.size() >= 4 && read_u32(file, 0) == glb_magic;
-  if (is_binary_) {
-    const GlbChunks chunks = split_glb(file);
-    json_text_ = chunks.json;
-    binary_chunk_ = chunks.binary;
-  } else {
-    const bool begins_as_json =
-        !file.empty() && std::string_view("{ \t\r\n\xEF").find(file_[0]) != std::string_view::npos;
-    const std::string_view text(reinterpret_cast<const char*>(file.data()), file.size());
-    if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
-      fail_gltf(ErrorCode::unsupported, "UTF-16 text; the JSON of glTF is UTF-8");
-    if (!begins_as_json) fail_invalid("neither GLB, which begins with \"glTF\", nor JSON");
-    json_text_ = file;
-  }
 }
 
 GltfObject GltfDocument::element(const char* array, uint32_t index) const {

@@ -13,6 +13,17 @@ namespace vcd::baker {
 
 std::span<const uint8_t> as_bytes(std::string_view bytes);
 
+// A file's bytes, taken apart; the parts point into them.
+struct GltfContainer {
+  bool is_binary = false;           // GLB, whatever the file is called
+  std::span<const uint8_t> json;    // its text
+  std::span<const uint8_t> binary;  // GLB: of its binary chunk; empty where there is none
+  std::span<const uint8_t> others;  // GLB: chunks of other types, as they stand
+};
+
+// Throws GltfFailure: invalid_file or unsupported (a broken container, UTF-16, GLB of another version).
+GltfContainer split_gltf(std::span<const uint8_t> file);
+
 class GltfDocument {
  public:
   // Checks container, version and required extensions of a file's bytes, which outlive this. The JSON's elements
@@ -22,8 +33,8 @@ class GltfDocument {
   GltfDocument(const std::filesystem::path& path, std::string_view bytes);
 
   const std::filesystem::path& folder() const { return folder_; }  // what relative URIs start from
-  bool is_binary() const { return is_binary_; }
-  std::span<const uint8_t> binary_chunk() const { return binary_chunk_; }  // empty where there is none
+  bool is_binary() const { return container_.is_binary; }
+  std::span<const uint8_t> binary_chunk() const { return container_.binary; }  // empty where there is none
 
   size_t count(const char* array) const { return root().array(array).size(); }
   const nlohmann::json& array(const char* name) const { return root().array(name); }
@@ -36,13 +47,9 @@ class GltfDocument {
 
  private:
   GltfObject root() const { return GltfObject(json_, ""); }
-  void split_container();
 
   std::filesystem::path folder_;
-  std::span<const uint8_t> file_;
-  std::span<const uint8_t> json_text_;
-  std::span<const uint8_t> binary_chunk_;
-  bool is_binary_ = false;
+  GltfContainer container_;
   nlohmann::json json_;
 };
 

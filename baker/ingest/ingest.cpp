@@ -13,6 +13,7 @@
 #include "ingest/off.h"
 #include "ingest/ply.h"
 #include "ingest/stl.h"
+#include "ingest/subdivide.h"
 #include "ingest/what_else.h"
 
 namespace vcd::baker {
@@ -101,6 +102,8 @@ Result<Ingested> ingest(const std::filesystem::path& path, const IngestOptions& 
   }
   if (options.shift != kNoShift) take_shift_back(*result, options.shift);
   if (std::optional<Error> fault = check_ingested(path, *result)) return *std::move(fault);
+  if (options.subdivide > 0)
+    if (std::optional<Error> fault = subdivide(path, options.subdivide, *result)) return *std::move(fault);
   return result;
 } catch (const std::bad_alloc&) {
   return file_error(path, ErrorCode::runtime, "out of memory while reading");

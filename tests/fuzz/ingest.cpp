@@ -19,6 +19,7 @@ void ingest_bytes(const uint8_t* data, size_t size) {
   baker::IngestOptions options;
   options.placements = true;
   options.treat_all_as_opaque = size % 2 == 0;
+  options.subdivide = size % 3 == 0;
   Result<baker::Ingested> result = baker::ingest(file.path(), options);
   if (!result) {
     require(result.error().message.starts_with(file.path().string() + ": "), "an error names the file");

@@ -43,6 +43,15 @@ TEST_F(GuessedCost, GrowsWithDepthAndTriangles) {
   EXPECT_GT(seconds("a.ply", "", 4000000, "4"), 1.5 * seconds("a.ply", "", 400000, "4"));
 }
 
+TEST_F(GuessedCost, GrowsWithSubdivision) {
+  const fs::path path = folder_.path() / "a.obj";
+  std::ofstream(path) << std::string(300000, ' ');
+  Asset asset{path, path, {}};
+  const auto once = guess_cost(asset);
+  asset.settings.subdivide = 2;
+  EXPECT_GT(guess_cost(asset).memory_bytes, once.memory_bytes + 500 * 100000);
+}
+
 TEST_F(GuessedCost, EachMeshOfAGltfFileIsBakedForItself) {
   const double one = seconds("a.gltf", meshes(1), 100000, "4"), many = seconds("a.gltf", meshes(100), 100000, "4");
   EXPECT_GT(many, 10 * one);

@@ -17,7 +17,7 @@ std::string other_text(const Setting& setting) {
   if (setting.form == Setting::Form::point) return "1,2.5,-3e10";
   if (setting.form == Setting::Form::file) return VCD_GOLDEN_DIR "/example.vcd";
   if (!setting.words.empty()) return std::string(setting.words[2 % setting.words.size()].text);
-  return "17";
+  return setting.most < 17 ? "5" : "17";
 }
 
 BakeSettings changed(const Setting& setting) {
@@ -61,10 +61,11 @@ TEST(Settings, TheProvenanceOfABakeIsKnown) {
   EXPECT_EQ(settings_text(settings, Scope::file),
             R"({"depth":"5","method":"sampled","samples":81,"budget-mb":0.5,"budget-seconds":3.0,"seed":0,)"
             R"("audit":1000000,"storage":"raw","embed-geometry":false,"all-as-opaque":false})");
-  settings = {.shift = {1, 0.1, -3e10}, .allow_rounding = true, .allow_outside_files = true};
-  EXPECT_EQ(settings_text(settings, Scope::asset),
-            R"({"depth":"auto","method":"hybrid","seed":0,"audit":1000000,"embed-geometry":false,)"
-            R"("all-as-opaque":false,"shift":"1,0.1,-3e+10","allow-rounding":true,"allow-outside-files":true})");
+  settings = {.subdivide = 2, .shift = {1, 0.1, -3e10}, .allow_rounding = true, .allow_outside_files = true};
+  EXPECT_EQ(
+      settings_text(settings, Scope::asset),
+      R"({"depth":"auto","method":"hybrid","seed":0,"audit":1000000,"embed-geometry":false,)"
+      R"("all-as-opaque":false,"subdivide":2,"shift":"1,0.1,-3e+10","allow-rounding":true,"allow-outside-files":true})");
 }
 
 TEST(Settings, WhatIsNotTakenIsAnErrorAndChangesNothing) {
@@ -81,6 +82,7 @@ TEST(Settings, WhatIsNotTakenIsAnErrorAndChangesNothing) {
                                                                                    {"audit", "1e6"},
                                                                                    {"audit", "2000000001"},
                                                                                    {"embed-geometry", "1"},
+                                                                                   {"subdivide", "7"},
                                                                                    {"shift", "1,2"},
                                                                                    {"shift", "1,2,3,4"},
                                                                                    {"shift", "1,2,inf"},

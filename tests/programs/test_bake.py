@@ -64,6 +64,51 @@ class Bake(Case):
             self.assertEqual(self.info(f"{mesh}.vcd")[0]["method"], method)
         self.run_program("vc-bake", mesh, "--method", "hybrid", "--samples", 16, code=1)
 
+    def test_a_sidecar_is_attached_to_its_mesh_file(self):
+        mesh, named = self.mesh("my mesh.obj"), self.folder / "named.obj"
+        attach = (*SMALL, "--attach", named)
+        self.run_program("vc-bake", mesh, *attach, "--dry-run")
+        self.assertFalse(named.exists())
+        self.run_program("vc-bake", mesh, *attach)
+        first, rest = named.read_text().split("\n", 1)
+        self.assertEqual(first, f"# VCD_visibility my%20mesh.obj.vcd {self.info(f'{mesh}.vcd')[0]['geometry_hash']}")
+        self.assertEqual(rest, mesh.read_text())
+        self.run_program("vc-bake", mesh, *attach, "--update")  # such a file may be replaced
+        self.run_program("vc-verify", f"{mesh}.vcd", "--against", named, "--lines", 90)
+        self.run_program("vc-bake", named, *SMALL, "--attach", self.folder / "again.obj", code=1)
+        other = self.mesh("other.obj")
+        (self.folder / "below").mkdir()
+        for path, reason in ((mesh, "is the mesh file itself"), (other, "was not written by --attach"),
+                             (self.folder / "a.ply", "writes a file like"), (self.folder / "below" / "a.obj", "beside the mesh file")):
+            self.assertIn(reason, self.run_program("vc-bake", mesh, *SMALL, "--attach", path, code=1).stderr)
+        for options in (("--subdivide", 1), ("--embed",)):
+            self.run_program("vc-bake", mesh, *attach, *options, code=1)
+        self.assertIn("for one asset", self.run_program("vc-bake", mesh, other, *attach, code=1).stderr)
+        self.assertEqual(other.read_text(), TETRAHEDRON)
+
+    def test_a_sidecar_is_embedded_in_its_glb_file(self):
+        shrub = pathlib.Path(__file__).parents[2] / "assets" / "shrub.glb"
+        mesh, out = self.folder / "shrub.glb", self.folder / "out.glb"
+        shutil.copy(shrub, mesh)
+        (self.folder / "elsewhere").mkdir()
+        self.run_program("vc-bake", mesh, *SMALL, "-o", self.folder / "elsewhere" / "s.vcd", "--attach", out, "--embed")
+        content = out.read_bytes()
+        size = struct.unpack("<I", content[12:16])[0]
+        document = json.loads(content[20:20 + size])
+        extension = document["meshes"][0]["extensions"]["VCD_visibility"]
+        view = document["bufferViews"][extension["bufferView"]]
+        begin = 28 + size + view["byteOffset"]
+        self.assertEqual(begin % 64, 0)
+        self.assertEqual(content[begin:begin + view["byteLength"]], (self.folder / "elsewhere" / "s.vcd").read_bytes())
+        self.run_program("vc-verify", self.folder / "elsewhere" / "s.vcd", "--against", out, "--lines", 90)
+        schema = json.loads((pathlib.Path(__file__).parents[2] / "spec" / "VCD_visibility.schema.json").read_text())
+        self.assertLessEqual(set(extension), set(schema["properties"]))
+        self.assertRegex(extension["geometryHash"], schema["properties"]["geometryHash"]["pattern"])
+        self.run_program("vc-bake", mesh, *SMALL, "-o", self.folder / "elsewhere" / "s.vcd", "--attach", out)
+        size = struct.unpack("<I", out.read_bytes()[12:16])[0]
+        document = json.loads(out.read_bytes()[20:20 + size])
+        self.assertEqual(document["meshes"][0]["extensions"]["VCD_visibility"]["uri"], "elsewhere/s.vcd")
+
     def test_plan_forecasts_and_writes_nothing(self):
         mesh = self.mesh("soup.obj", soup(80))
         before = self.files()

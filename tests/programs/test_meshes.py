@@ -173,6 +173,35 @@ class Meshes(Programs):
         self.draw(mesh, "--shift", "5654321.12,412345.67,100")
         self.draw(mesh, "--allow-rounding")
 
+    def test_a_subdivided_mesh_is_subdivided_by_all(self):
+        mesh = self.mesh("box.obj", obj(BOX))
+        self.bake(mesh, "--subdivide", "2")
+        self.assertIn("192 triangles", self.run_program("vc-info", f"{mesh}.vcd").stdout)
+        self.verify(mesh)
+        self.run_program("vc-verify", self.folder, "--against-library", self.folder, "--lines", "90")
+        self.assertEqual(self.draw(mesh, "--shadows", "both", "--views", "difference").stderr, "")
+        self.assertIn("read with --subdivide 2, as its sidecar was baked", self.draw(mesh, "--subdivide", "1").stderr)
+        made = self.run_program("vc-bake", mesh, *BAKE, "--subdivide", "2", "--update", "-v")
+        self.assertNotIn("triangles", made.stdout)
+        for other in ((), ("--subdivide", "1")):
+            stale = self.run_program("vc-bake", mesh, *BAKE, *other, "--update", "--dry-run")
+            self.assertIn("made with other settings", stale.stdout)
+        # What vc-scene writes has the same geometry.
+        self.run_program("vc-scene", mesh, "--subdivide", "2", "--up", "z", "-q", "-o", self.folder / "box.glb")
+        self.run_program("vc-verify", f"{mesh}.vcd", "--against", self.folder / "box.glb", "--lines", "90")
+        self.draw(self.folder / "box.glb", "--sidecar", f"{mesh}.vcd")
+        (self.folder / "library.json").write_text(json.dumps(
+            {"vcd_manifest": 1, "assets": [{"input": "box.obj", "settings": {"subdivide": 2}}]}))
+        done = self.run_program("vc-bake", "--manifest", self.folder / "library.json", *BAKE, "--update", "--dry-run")
+        self.assertIn("nothing to do", done.stdout)
+        mesh.write_text(obj(BOX) + "f 1 2 7\n")
+        self.assertIn("box.obj: mesh 0 \"box\" cannot be subdivided: more than two triangles share the edge from (0, 0, 0)",
+                      self.bake(mesh, "--subdivide", "1", code=5).stderr)
+        self.bake(mesh, "--subdivide", "7", code=1)
+        two = self.mesh("two.gltf", Gltf().add("a", (BOX, FACES, "OPAQUE")).add("b", (BOX, FACES, "OPAQUE")).text())
+        self.assertIn("holds 2 meshes", self.run_program("vc-scene", two, "-o", self.folder / "two.glb", code=1).stderr)
+        self.run_program("vc-scene", "box", "-o", self.folder / "two.glb", code=1)
+
     def test_a_library_is_verified_with_what_each_sidecar_says(self):
         lib = self.folder / "lib"
         lib.mkdir()

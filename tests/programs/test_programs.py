@@ -17,7 +17,30 @@ class Info(Case):
         shown = json.loads(self.run_program("vc-info", sidecar, "--format", "json").stdout)["files"][0]
         self.assertEqual(shown["objects"][0]["samples"], 16)
         self.assertAlmostEqual(sum(shown["objects"][0]["shares"].values()), 1)
-        self.run_program("vc-info", self.mesh(), code=3)
+        self.run_program("vc-info", self.mesh("mesh.vcd"), code=3)
+
+    def test_what_of_a_mesh_is_no_closed_surface(self):
+        torn = "\n".join(TETRAHEDRON.splitlines()[:-1]) + "\n"
+        mesh, culprits = self.mesh(text=torn), self.folder / "culprits.obj"
+        shown = self.run_program("vc-info", mesh, "--culprits", culprits).stdout
+        self.assertIn("surface   1 piece, open: 3 boundary edges in 1 loop; manifold", shown)
+        lines = culprits.read_text().splitlines()
+        self.assertEqual([sum(line.startswith(k) for line in lines) for k in ("v ", "l ", "p ")], [3, 3, 0])
+        self.run_program("vc-info", mesh, "--culprits", culprits)  # those may be replaced
+        self.run_program("vc-info", mesh, "--culprits", mesh, code=1)
+        self.assertEqual(mesh.read_text(), torn)
+        self.run_program("vc-info", mesh, "--culprits", self.folder / "c.txt", code=1)
+        self.run_program("vc-info", mesh, mesh, "--culprits", culprits, code=1)
+        surface = json.loads(self.run_program("vc-info", mesh, "--format", "json").stdout)["files"][0]["meshes"][0]["surface"]
+        self.assertEqual(surface, {"components": 1, "closed": False, "boundary_edges": 3, "boundary_loops": 1,
+                                   "nonmanifold_edges": 0, "nonmanifold_vertices": 0})
+        planned = json.loads(self.run_program("vc-bake", mesh, "--plan", "--format", "json").stdout)["files"][0]["objects"][0]
+        self.assertEqual(planned["surface"], surface)
+        self.assertEqual(planned["proofs"]["level"], 5)
+        self.assertIn("find blocked", self.run_program("vc-bake", mesh, "--plan").stdout)
+        self.run_program("vc-info", self.mesh("bad.obj", "f 1 2 3\n"), code=3)
+        _, sidecar = self.baked("--embed-geometry")
+        self.assertIn("surface   1 piece, closed; manifold", self.run_program("vc-info", sidecar).stdout)
 
     def test_repack_keeps_the_content(self):
         _, sidecar = self.baked("--depth", "5", "--embed-geometry", text=soup(30), name="soup.obj")

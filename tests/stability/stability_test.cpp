@@ -16,7 +16,7 @@ TEST_P(Stability, NoProofAndNoHierarchyIsWrongAnywhere) {
   for (StabilitySweep::Point& p : sweep.points) p.rays /= 4;
   uint64_t visited = 0, resolved = 0, sampled_wrong = 0, embree_wrong = 0, refused = 0, without_hierarchy = 0,
            by_horizons = 0;
-  run_sweep(sweep, 3, [&](size_t i, const StabilityPoint& p) {
+  run_sweep(sweep, {.depth = 3}, [&](size_t i, const StabilityPoint& p) {
     ++visited;
     EXPECT_EQ(p.counts[0].wrong, 0u) << sweep.title << ": " << sweep.points[i].x;
     EXPECT_EQ(p.horizons.wrong, 0u) << sweep.title << ": " << sweep.points[i].x;
@@ -43,6 +43,17 @@ TEST_P(Stability, NoProofAndNoHierarchyIsWrongAnywhere) {
   if (sweep.id == "segments" || sweep.id == "meshes") {
     EXPECT_GT(embree_wrong, 10u);
   }
+}
+
+TEST(StabilityForSegments, DepthEightIsAsRight) {
+  StabilitySweep sweep = stability_sweeps(true)[5];
+  ASSERT_EQ(sweep.id, "segments");
+  sweep.points = {sweep.points[0]};  // along an axis
+  run_sweep(sweep, {.depth = 8, .for_segments = true, .budget_bytes = 400'000}, [&](size_t, const StabilityPoint& p) {
+    EXPECT_EQ(p.counts[0].wrong, 0u);
+    EXPECT_EQ(p.wrong_proven, 0u);
+    EXPECT_GT(p.counts[0].resolved, p.rays / 2);
+  });
 }
 
 INSTANTIATE_TEST_SUITE_P(Sweeps, Stability, testing::Range(size_t{0}, stability_sweeps(true).size()),

@@ -6,7 +6,7 @@
 
 #include <pugixml.hpp>
 
-#include "verify/uri.h"
+#include "common/uri.h"
 
 namespace vcd::verify {
 namespace {
@@ -23,7 +23,7 @@ std::string from_percent(const std::string& uri) {
 TEST(Uri, GivesEveryByteBack) {
   std::string name = "a/b";
   for (int byte = 1; byte < 256; ++byte) name += static_cast<char>(byte);
-  const std::string uri = uri_of(name);
+  const std::string uri = tools::uri_of(name);
   EXPECT_EQ(from_percent(uri), name);
   for (const char c : uri)
     EXPECT_TRUE(std::isalnum(static_cast<unsigned char>(c)) ||
@@ -32,8 +32,8 @@ TEST(Uri, GivesEveryByteBack) {
 }
 
 TEST(Uri, RelativeAndAbsolute) {
-  EXPECT_EQ(uri_of("a:b/c d.vcd"), "a%3Ab/c%20d.vcd");  // unescaped, "a" would be a scheme
-  EXPECT_EQ(uri_of("/x/\xff.vcd"), "file:///x/%FF.vcd");
+  EXPECT_EQ(tools::uri_of("a:b/c d.vcd"), "a%3Ab/c%20d.vcd");  // unescaped, "a" would be a scheme
+  EXPECT_EQ(tools::uri_of("/x/\xff.vcd"), "file:///x/%FF.vcd");
 }
 
 TEST(Findings, IdsAreUnique) {

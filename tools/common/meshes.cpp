@@ -36,8 +36,11 @@ std::optional<std::array<double, 3>> parse_shift(std::string_view text) {
 
 IngestOptions ingest_options_of(const SidecarContents& sidecar, IngestOptions options) {
   options.coarse = true;  // whether to bake it was decided when it was baked
-  for (const auto& [key, value] : sidecar.provenance)
+  options.subdivide = 0;
+  for (const auto& [key, value] : sidecar.provenance) {
     if (key == "parts") options.treat_all_as_opaque = value != "opaque";
+    if (key == "subdivide") std::from_chars(value.data(), value.data() + value.size(), options.subdivide);
+  }
   if (!sidecar.objects.empty()) std::ranges::copy(sidecar.objects[0].record->shift, options.shift.begin());
   return options;
 }

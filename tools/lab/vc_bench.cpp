@@ -272,8 +272,11 @@ int main(int argc, char** argv) {
 
   CLI::App* stability = app.add_subcommand(
       "stability", "Where methods fail: parameters driven to their extremes, every answer judged exactly");
-  stability->add_option("-d,--depth", options.stability.depth, "Depth of the sidecars (default: 4)")
-      ->check(CLI::Range(1, 6));
+  stability->add_option("-d,--depth", options.stability.bakes.depth, "Depth of the sidecars (default: 4)")
+      ->check(CLI::Range(1, 8));
+  stability->add_flag("--for-segments", options.stability.bakes.for_segments,
+                      "Bake deep only where a sample of each point's segments goes, drawn with another seed; needed "
+                      "for depths 7 and 8");
 
   std::string command = "vc-bench";
   for (int i = 1; i < argc; ++i) command += std::string(" ") + argv[i];
@@ -301,6 +304,8 @@ int main(int argc, char** argv) {
     if (bake->parsed())
       return run_bake_rate(options.mesh, options.bake_rate, options.repetitions, options.common.format);
     if (stability->parsed()) {
+      if (options.stability.bakes.depth > 6 && !options.stability.bakes.for_segments)
+        return print_error("stability --depth 7 and 8 need --for-segments"), exit_code(ErrorCode::usage);
       options.stability.folder = options.folder, options.stability.quick = options.quick;
       const int code = run_stability(options.stability, command, options.common.format);
       if (!std::filesystem::exists(std::filesystem::path(options.folder) / "results.json")) return code;

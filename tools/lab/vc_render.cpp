@@ -93,7 +93,7 @@ class Program {
   // Without shadows of a sidecar, what the user says of reading goes before what a sidecar says that lies there.
   FileOptions files() const {
     const IngestOptions ingest = options_.settings.ingest_options();
-    const bool says_how = ingest.treat_all_as_opaque || ingest.shift != IngestOptions{}.shift;
+    const bool says_how = ingest.treat_all_as_opaque || ingest.shift != IngestOptions{}.shift || ingest.subdivide > 0;
     if (options_.shadows == Shadows::bvh && says_how) return {ingest, {}};
     return {ingest, sidecar_paths()};
   }

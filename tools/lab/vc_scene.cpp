@@ -1,10 +1,15 @@
-// vc-scene: writes a generated scene as GLB, for vc-bake and for any other program that reads glTF.
+// vc-scene: writes a generated scene, or a mesh as all programs here read it, as GLB: for vc-bake and for any other
+// program that reads glTF.
 #include <cstdio>
+#include <filesystem>
 #include <stdexcept>
 
+#include <vcd/baker/ingest.h>
+#include <vcd/library/find.h>
 #include <vcd/scenes/glb.h>
 #include <vcd/writer/atomic_file.h>
 
+#include "bake/options.h"
 #include "common/describe.h"
 #include "common/paths.h"
 #include "common/program.h"
@@ -21,7 +26,24 @@ struct Options {
   std::string output;
   std::string name;
   GeneratedSceneOptions scene;
+  library::BakeSettings settings;  // of which those count that say how a mesh is read
+  char up = 'y';
 };
+
+// The mesh with its triangles as they were wound, in the paper's setting. Errors: those of ingest_isolated(); usage.
+Result<scenes::Scene> read_scene(const Options& options) {
+  auto ingested = baker::ingest_isolated(options.name, options.settings.ingest_options());
+  if (!ingested) return ingested.error();
+  if (ingested->meshes.size() != 1)
+    return Error{ErrorCode::usage, options.name + ": holds " + std::to_string(ingested->meshes.size()) +
+                                       " meshes, and vc-scene takes files of one"};
+  if (!options.common.quiet)
+    for (const std::string& note : ingested->notes) print_note(options.name + ": " + note);
+  baker::SourceMesh& mesh = ingested->meshes[0];
+  return scenes::around(
+      {shown(std::filesystem::path(options.name).stem()), std::move(mesh.positions), std::move(mesh.triangles)},
+      options.up);
+}
 
 // Errors: those of AtomicFile; runtime (interrupted).
 Result<uint64_t> write(const std::string& path, Bytes bytes) {
@@ -63,6 +85,11 @@ Result<std::vector<std::byte>> glb_of(const scenes::Scene& scene) {
   }
 }
 
+std::string fault_of_scene(const std::string& name) {
+  if (is_generated_scene(name) || library::has_extension(name, baker::mesh_extensions())) return "";
+  return name + " is neither sierpinski, hairball or forest nor a mesh file";
+}
+
 std::string fault_of_name(const std::string& path) {
   return extension_of(path) == "glb" ? "" : "what is written is GLB: its name must end in .glb";
 }
@@ -73,7 +100,8 @@ int run(const Options& options) {
     print_error(error.message);
     return exit_code(error.code);
   };
-  const auto scene = generate_scene(options.name, options.scene);
+  const auto scene =
+      is_generated_scene(options.name) ? generate_scene(options.name, options.scene) : read_scene(options);
   if (!scene) return fail(scene.error());
   const auto glb = glb_of(*scene);
   if (!glb) return fail(glb.error());
@@ -87,16 +115,22 @@ int run(const Options& options) {
 
 int main(int argc, char** argv) {
   Options options;
-  CLI::App app{"Generates a scene and writes it as GLB. The same options give the same bytes on every machine."};
-  app.add_option("scene", options.name, "The scene to generate")
+  CLI::App app{
+      "Generates a scene, or puts a mesh under lights and before a camera, and writes it as GLB. The same options give "
+      "the same\nbytes on every machine."};
+  app.add_option("scene", options.name, "The scene to generate, or a file of one mesh")
       ->required()
-      ->check(CLI::IsMember({"sierpinski", "hairball", "forest"}).description(""))
-      ->type_name("sierpinski|hairball|forest");
+      ->check(fault_of_scene, "")
+      ->type_name("sierpinski|hairball|forest|MESH");
   app.add_option("-o,--output", options.output, "The file to write, named .glb")
       ->required()
       ->check(fault_of_name, "")
       ->type_name("PATH");
   add_common_options(app, options.common);
+  add_reading_settings(app, options.settings);
+  app.add_option("--up", options.up, "The axis of the mesh that points up (default: y)")
+      ->check(CLI::IsMember({'x', 'y', 'z'}).description(""))
+      ->type_name("x|y|z");
   add_generated_scene_options(app, options.scene, "--seed");
   return run_program(app, argc, argv, [&] { return run(options); });
 }

@@ -76,7 +76,7 @@ double demand_bytes(const BakeSettings& settings) {
 Cost guess_cost(const Asset& asset) {
   double bytes = size_of(asset.input);
   if (extension_of(asset.input) == "gltf") bytes += size_of(fs::path(asset.input).replace_extension(".bin"));
-  const double triangles = bytes / bytes_a_triangle(asset.input);
+  const double triangles = std::exp2(2 * asset.settings.subdivide) * bytes / bytes_a_triangle(asset.input);
   const double objects = objects_in(asset.input), of_one = triangles / objects;
   const BakeOptions options = asset.settings.bake_options();
   // Without a depth: most end at 5, by the default budget of bytes; those of few triangles at none, and that at once.

@@ -66,6 +66,7 @@ std::map<std::string, std::string> provenance_of(const Asset& asset, const std::
                                               {"parts", asset.settings.all_as_opaque ? "all, as opaque" : "opaque"},
                                               {"settings", settings_text(asset.settings, Scope::asset)},
                                               {"source", shown(asset.input.filename())}};
+  if (asset.settings.subdivide > 0) pairs["subdivide"] = std::to_string(asset.settings.subdivide);
   if (!left_out.empty()) pairs["left-out"] = left_out;
   if (!demand.empty()) pairs["demand"] = demand;
   if (!sources.empty()) pairs["source-xxh3"] = hex(sources[0].hash);

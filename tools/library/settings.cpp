@@ -156,6 +156,16 @@ constexpr Setting kSettings[] = {
      .member = &BakeSettings::all_as_opaque,
      .help = "Take parts that are alpha-masked, blended, transmissive, skinned or morphed too, as if they were opaque "
              "and rigid"},
+    {.name = "subdivide",
+     .letter = 0,
+     .scope = Scope::asset,
+     .form = Form::number,
+     .member = &BakeSettings::subdivide,
+     .help =
+         "Subdivide each mesh so many times by Loop's scheme; each time a triangle becomes four. For control meshes "
+         "of\nsubdivision surfaces; vc-scene writes the same triangles for a renderer (default: 0)",
+     .most = kMostSubdivisions,
+     .zero_is_none = true},
     {.name = "shift",
      .letter = 0,
      .scope = Scope::asset,
@@ -280,7 +290,8 @@ IngestOptions BakeSettings::ingest_options() const {
           .lights = for_lights,
           .files_outside = allow_outside_files,
           .shift = shift,
-          .coarse = allow_rounding};
+          .coarse = allow_rounding,
+          .subdivide = subdivide};
 }
 
 std::span<const Setting> settings_table() { return kSettings; }

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kLowest = -std::numeric_limits<double>::infinity();
-constexpr Way kFirstWay = {false, {kLowest, kLowest, kLowest}};  // in their order
+constexpr Way kFirstWay = {false, {kLowest, kLowest, kLowest}, 0};  // in their order
 
 Reading ingest_hashes(const fs::path& path, const IngestOptions& options) try {
   auto file = MeshFile::read(path, options);
@@ -63,6 +63,7 @@ IngestOptions Library::options(const Way& way) const {
   IngestOptions options = ingest_;
   options.treat_all_as_opaque = way.all_as_opaque;
   options.shift = way.shift;
+  options.subdivide = way.subdivide;
   options.coarse = true;  // whether to bake it was decided when it was baked
   return options;
 }

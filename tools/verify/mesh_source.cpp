@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "common/describe.h"
 #include "common/meshes.h"
@@ -41,6 +42,13 @@ class File : public MeshSource {
   const PreparedMesh* mesh_of(const ObjectContents& object, const std::string& place, Outcome& outcome) override {
     if (!meshes_) {
       meshes_ = load_meshes(path_, options_);
+      // It may hold what came of the subdivision.
+      if (options_.subdivide > 0 && !(*meshes_ && has(object))) {
+        IngestOptions as_it_is = options_;
+        as_it_is.subdivide = 0;
+        auto other = std::exchange(meshes_, load_meshes(path_, as_it_is));
+        if (!(*meshes_ && has(object))) meshes_ = std::move(other);
+      }
       if (*meshes_)
         for (const std::string& note : (*meshes_)->notes) outcome.notes.push_back(shown(path_ + ": " + note));
       else outcome.add(IssueId::mesh_unreadable, meshes_->error().code, "", meshes_->error().message);
@@ -50,6 +58,10 @@ class File : public MeshSource {
   }
 
  private:
+  bool has(const ObjectContents& object) const {
+    return std::ranges::count((*meshes_)->meshes, object.record->geometry_hash, &PreparedMesh::geometry_hash) > 0;
+  }
+
   std::string path_;
   IngestOptions options_;
   std::optional<Result<LoadedMeshes>> meshes_;

@@ -50,7 +50,7 @@ class FromLibrary : public MeshSource {
  private:
   static Way way_of(const SidecarContents& sidecar) {
     const IngestOptions options = ingest_options_of(sidecar);
-    return {options.treat_all_as_opaque, options.shift};
+    return {options.treat_all_as_opaque, options.shift, options.subdivide};
   }
   std::string name_of(size_t asset) const { return shown(library_.file(asset).path); }
 

@@ -1,6 +1,6 @@
 #include "common/paths.h"
+#include "common/uri.h"
 #include "reports.h"
-#include "uri.h"
 
 namespace vcd::verify {
 

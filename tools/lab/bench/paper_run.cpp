@@ -92,6 +92,7 @@ class SceneRun : SceneEntry {
     const IngestOptions &ingest = o.files.ingest, usual;
     if (ingest.treat_all_as_opaque) json["parts"] = "all, as opaque";
     if (ingest.shift != usual.shift) json["shift"] = ingest.shift;
+    if (ingest.subdivide > 0) json["subdivide"] = ingest.subdivide;
     return json;
   }
 

@@ -1,5 +1,6 @@
 #include "stability.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <vcd/baker/bake.h>
 #include <vcd/baker/referee.h>
 #include <vcd/baker/tracer.h>
+#include <vcd/format/demand.h>
 #include <vcd/format/layout.h>
 #include <vcd/runtime/sidecar.h>
 #include <vcd/writer/atomic_file.h>
@@ -36,7 +38,29 @@ namespace {
 
 constexpr size_t kHybridByProofs = kSidecarMethods;  // of StabilityMesh::sidecars
 
-Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
+Segment drawn(const StabilitySweep::Point& point, const PreparedMesh& mesh, Random& random, uint32_t& key) {
+  return point.from_self ? point.from_self(mesh, random, key) : point.segment(mesh, random);
+}
+
+// Lines through the box are among them, so that there is always a line that can be looked up.
+Demand demand_of(const StabilitySweep::Point& point, const PreparedMesh& mesh, uint64_t seed) {
+  constexpr size_t kOfThePoint = 4000, kThroughTheBox = 1000;
+  Random random(seed);
+  std::vector<AskedSegment> asked;
+  for (size_t i = 0; i < kOfThePoint + kThroughTheBox; ++i) {
+    uint32_t key;
+    const Segment segment = i < kOfThePoint ? drawn(point, mesh, random, key) : through_the_box(mesh, random, 2);
+    if (usable_in_demand(segment)) asked.push_back({segment, 1});
+  }
+  std::ranges::sort(asked, comes_before, &AskedSegment::segment);
+  const auto twice = std::ranges::unique(
+      asked, [](const AskedSegment& a, const AskedSegment& b) { return !comes_before(a.segment, b.segment); });
+  asked.erase(twice.begin(), twice.end());
+  return {{mesh.geometry_hash, std::move(asked)}};
+}
+
+Result<StabilityMesh> make_mesh(SourceMesh&& source, const StabilitySweep::Point& point, const StabilityBakes& bakes,
+                                uint64_t seed) {
   auto prepared = prepare(std::move(source));
   if (!prepared) return prepared.error();
   auto fast = Tracer::build(prepared->positions, prepared->triangles, TraceMode::fast);
@@ -44,9 +68,11 @@ Result<StabilityMesh> make_mesh(SourceMesh&& source, uint32_t depth) {
   if (!fast || !robust) return fast ? robust.error() : fast.error();
   Referee referee(*prepared);
   StabilityMesh made{std::move(*prepared), std::move(referee), std::move(*fast), std::move(*robust), {}, {}, {}};
+  const Demand demand = bakes.for_segments ? demand_of(point, made.mesh, seed) : Demand{};
   for (Method method : {Method::proven, Method::hybrid, Method::sampled}) {
     BakeOptions options;
-    options.method = method, options.depth = depth, options.audit_lines = kQuickAuditLines;
+    options.method = method, options.depth = bakes.depth, options.audit_lines = kQuickAuditLines;
+    if (bakes.for_segments) options.demand = &demand, options.budget_bytes = bakes.budget_bytes;
     options.horizons = method == Method::proven;
     const auto baked = bake(made.mesh, options);
     if (!baked) return baked.error();
@@ -93,8 +119,7 @@ StabilityPoint ask(const StabilityMesh& subject, const StabilitySweep::Point& as
   std::vector<uint32_t> keys(rays);
   for (uint64_t i = 0; i < rays; ++i) {
     if (!asked.from_self) keys[i] = static_cast<uint32_t>(i % subject.mesh.triangles.size());
-    segments[i] =
-        asked.from_self ? asked.from_self(subject.mesh, random, keys[i]) : asked.segment(subject.mesh, random);
+    segments[i] = drawn(asked, subject.mesh, random, keys[i]);
   }
   std::vector<uint8_t> truth(rays);
   subject.referee.occluded(segments, truth);
@@ -194,15 +219,17 @@ std::vector<StabilitySweep> stability_sweeps(bool quick) {
   return sweeps;
 }
 
-void run_sweep(const StabilitySweep& sweep, uint32_t depth,
+void run_sweep(const StabilitySweep& sweep, const StabilityBakes& bakes,
                const std::function<void(size_t, const StabilityPoint&)>& visit) {
   std::optional<StabilityMesh> subject;
   std::string refused;
+  std::function<SourceMesh()> mesh;
   for (size_t i = 0; i < sweep.points.size() && !interrupted(); ++i) {
     const StabilitySweep::Point& p = sweep.points[i];
-    if (p.mesh) {
+    if (p.mesh) mesh = p.mesh;
+    if (p.mesh || bakes.for_segments) {
       subject.reset();
-      auto made = make_mesh(p.mesh(), depth);
+      auto made = make_mesh(mesh(), p, bakes, 1077 + i);
       if (made) subject.emplace(std::move(*made));
       refused = made ? "" : made.error().message;
     }
@@ -218,11 +245,9 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
   std::filesystem::create_directories(options.folder, failed);
   if (failed) return print_error(options.folder + ": cannot be made: " + failed.message()), exit_code(ErrorCode::io);
   catch_interruptions();
-  Json all{{"tool", "vc-bench stability"},
-           {"version", VCD_VERSION},
-           {"command", command},
-           {"machine", describe_machine()},
-           {"depth", options.depth}};
+  Json all{{"tool", "vc-bench stability"}, {"version", VCD_VERSION},
+           {"command", command},           {"machine", describe_machine()},
+           {"depth", options.bakes.depth}, {"for_segments", options.bakes.for_segments}};
   all["methods"] = kStabilityMethods;
   all["sweeps"] = Json::array();
   uint64_t wrong_proofs = 0, wrong_hierarchy = 0;
@@ -234,9 +259,9 @@ int run_stability(const StabilityOptions& options, const std::string& command, O
               {"points", Json::array()}};
     if (format == OutputFormat::text)
       std::printf("%s: wrong of resolved, depth %u\n  %-22s %8s %8s %16s %16s %16s %9s %8s %8s %14s\n",
-                  sweep.title.c_str(), options.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked",
+                  sweep.title.c_str(), options.bakes.depth, sweep.parameter.substr(0, 22).c_str(), "rays", "blocked",
                   "proven", "hybrid", "256 samples", "hierarchy", "Embree", "ROBUST", "horizons");
-    run_sweep(sweep, options.depth, [&](size_t i, const StabilityPoint& p) {
+    run_sweep(sweep, options.bakes, [&](size_t i, const StabilityPoint& p) {
       wrong_proofs += p.counts[0].wrong + p.wrong_proven + p.horizons.wrong;
       wrong_hierarchy += p.counts[kHierarchyMethod].wrong;
       Json point{{"x", sweep.points[i].x}, {"rays", p.rays}, {"blocked", p.blocked}, {"results", Json::object()}};

@@ -53,14 +53,22 @@ struct StabilitySweep {
 // quick: fewer points and rays.
 std::vector<StabilitySweep> stability_sweeps(bool quick);
 
+// How sidecars are baked.
+struct StabilityBakes {
+  uint32_t depth = 4;
+  // Deep only where a sample of each point's segments goes, drawn with another seed, and of lines through the box.
+  bool for_segments = false;
+  uint64_t budget_bytes = uint64_t{1} << 20;  // then, of each sidecar
+};
+
 // Runs one sweep; visit(point index, what came of it).
-void run_sweep(const StabilitySweep& sweep, uint32_t depth,
+void run_sweep(const StabilitySweep& sweep, const StabilityBakes& bakes,
                const std::function<void(size_t, const StabilityPoint&)>& visit);
 
 struct StabilityOptions {
   std::string folder;
   bool quick = false;
-  uint32_t depth = 4;
+  StabilityBakes bakes;
 };
 
 // All sweeps: a table on standard output and stability.json in the folder. Returns the exit code: difference if a proof

@@ -27,7 +27,8 @@ struct Reading {
   std::vector<GeometryHash> geometries;  // of their objects
 
   bool is_like(const IngestOptions& other) const {
-    return options.treat_all_as_opaque == other.treat_all_as_opaque && options.shift == other.shift;
+    return options.treat_all_as_opaque == other.treat_all_as_opaque && options.shift == other.shift &&
+           options.subdivide == other.subdivide;
   }
   bool has_any_of(const LoadedMeshes& loaded) const {
     return std::ranges::any_of(loaded.meshes, [&](const PreparedMesh& mesh) {
@@ -57,6 +58,12 @@ std::vector<Reading> readings_of(const std::string& path, const FileOptions& fil
       for (const ObjectContents& object : sidecar->contents().objects)
         same->geometries.push_back(object.record->geometry_hash);
     }
+  // The file may hold what came of a subdivision.
+  for (size_t i = 0, count = readings.size(); i < count; ++i)
+    if (readings[i].options.subdivide > 0) {
+      readings.push_back(readings[i]);
+      readings.back().options.subdivide = 0;
+    }
   return readings;
 }
 
@@ -66,6 +73,8 @@ void note_difference(const std::string& path, const IngestOptions& wanted, const
     print_note(path + ": read without the parts that are not opaque, as its sidecar was baked");
   if (wanted.shift != std::array<double, 3>{} && wanted.shift != taken.shift)
     print_note(path + ": read with the shift " + shift_text(taken.shift) + ", as its sidecar was baked");
+  if (wanted.subdivide > 0 && wanted.subdivide != taken.subdivide)
+    print_note(path + ": read with --subdivide " + std::to_string(taken.subdivide) + ", as its sidecar was baked");
 }
 
 Result<LoadedMeshes> load_file(const std::string& path, const FileOptions& files, bool with_placements, bool quiet) {

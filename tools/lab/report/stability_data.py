@@ -4,13 +4,13 @@ import pathlib
 
 from figures import divide, upper_bound_95
 from formats import round_number
-from results import INVALID, MACHINE, NUMBER, TEXT, ReportError, check, check_names, is_name, parse
+from results import FLAG, INVALID, MACHINE, NUMBER, TEXT, ReportError, check, check_names, is_name, parse
 from tables import column
 from wording import METHODS
 
 POINT = {"rays": NUMBER, "blocked": NUMBER}
 SWEEP = {"id": TEXT, "title": TEXT, "parameter": TEXT, "scale": TEXT, "points": [POINT]}
-ROOT = {"tool": TEXT, "version": TEXT, "command": TEXT, "machine": MACHINE, "depth": NUMBER, "methods": [TEXT], "sweeps": [SWEEP]}
+ROOT = {"tool": TEXT, "version": TEXT, "command": TEXT, "machine": MACHINE, "depth": NUMBER, "for_segments": FLAG, "methods": [TEXT], "sweeps": [SWEEP]}
 SCALES = ("log", "linear", "category")
 
 
@@ -123,4 +123,4 @@ def figures_of(folder):
     sweeps = [{"id": s["id"], "title": s.get("title", s["id"]), "parameter": s.get("parameter", "x"), "scale": s["scale"],
                "rows": [point_row(i, p, methods) for i, p in enumerate(s["points"])]} for s in data["sweeps"]]
     return {"version": data.get("version"), "command": data.get("command"), "machine": data.get("machine", {}),
-            "depth": data.get("depth"), "methods": methods, "worst": [worst(m, sweeps) for m in methods], "sweeps": sweeps}
+            "depth": data.get("depth"), "for_segments": bool(data.get("for_segments")), "methods": methods, "worst": [worst(m, sweeps) for m in methods], "sweeps": sweeps}

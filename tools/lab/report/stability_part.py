@@ -9,7 +9,7 @@ from stability_data import label_of
 
 
 def short(stability):
-    depth = None if stability["depth"] is None else f"depth {stability['depth']:g}"
+    depth = None if stability["depth"] is None else f"depth {stability['depth']:g}" + (" for the segments" if stability["for_segments"] else "")
     version = f"vcd {stability['version']}" if stability["version"] else None
     return " · ".join(p for p in (stability["command"], version, depth, short_setting({"machine": stability["machine"]})) if p)
 

@@ -33,7 +33,14 @@ struct IngestOptions {
   // Take a mesh even if the rounding of its coordinates moves them by more than 2^-10 of its extent. Beyond 2^-16 there
   // is a note in any case.
   bool coarse = false;
+  // How often each mesh is subdivided by Loop's scheme, for files that hold the control mesh of a subdivision surface;
+  // at most kMostSubdivisions. Each time a triangle becomes four. Polygons are cut into triangles first. Only surfaces
+  // can be subdivided: a mesh with an edge of three triangles is an error (unsupported). The result is the same on
+  // every machine; a renderer's own subdivision gives other floats, so let it load what vc-scene writes.
+  uint32_t subdivide = 0;
 };
+
+inline constexpr uint32_t kMostSubdivisions = 6;  // a triangle becomes 4096
 
 // One mesh in one place.
 struct Placement {

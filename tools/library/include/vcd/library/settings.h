@@ -40,6 +40,7 @@ struct BakeSettings {
   bool horizons = false;
   bool embed_geometry = false;
   bool all_as_opaque = false;
+  uint32_t subdivide = 0;            // times, by Loop's scheme
   std::array<double, 3> shift = {};  // subtracted from all coordinates
   bool allow_rounding = false;
   bool allow_outside_files = false;

@@ -23,11 +23,12 @@ struct AssetMesh {
   GeometryHash geometry;
 };
 
-// How an asset is read: with which parts, and moved by what. By default as vc-bake reads it by default; sidecars say
-// where they were baked otherwise.
+// How an asset is read: with which parts, moved by what, and subdivided how often. By default as vc-bake reads it by
+// default; sidecars say where they were baked otherwise.
 struct Way {
   bool all_as_opaque = false;
   std::array<double, 3> shift = {};
+  uint32_t subdivide = 0;
 
   auto operator<=>(const Way&) const = default;
 };

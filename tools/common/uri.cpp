@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace vcd::verify {
+namespace vcd::tools {
 namespace {
 
 bool stands_for_itself(char c) {
@@ -22,4 +22,4 @@ std::string uri_of(const std::filesystem::path& path) {
   return uri;
 }
 
-}  // namespace vcd::verify
+}  // namespace vcd::tools
