@@ -3,6 +3,7 @@
 # The man page is made by help2man from --help where help2man is installed (Debian: help2man), else there is none; fish
 # completes from it. bash and zsh complete from --help.
 find_program(VCD_HELP2MAN help2man)
+set(VCD_ZSH_COMPLETIONS zsh/site-functions CACHE STRING "Folder below share/ that zsh looks in; Debian's own packages use zsh/vendor-completions")
 
 function(vcd_describe_program program summary)
   set(share ${CMAKE_BINARY_DIR}/share)
@@ -10,7 +11,8 @@ function(vcd_describe_program program summary)
   file(WRITE ${share}/zsh/site-functions/_${program} "#compdef ${program}\n_gnu_generic\n")
   install(FILES ${share}/bash-completion/completions/${program}
           DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/bash-completion/completions)
-  install(FILES ${share}/zsh/site-functions/_${program} DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/zsh/site-functions)
+  install(FILES ${share}/zsh/site-functions/_${program}
+          DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/${VCD_ZSH_COMPLETIONS})
   if(NOT VCD_HELP2MAN OR CMAKE_CROSSCOMPILING)
     return()
   endif()

@@ -5,7 +5,8 @@
 #   tools/install_dependencies.sh test           to test them as well
 #   tools/install_dependencies.sh lab            to build and use tools/lab, and to test it
 #   tools/install_dependencies.sh python         to build and use the Python module, and to test it
-#   tools/install_dependencies.sh test lab python    all of it
+#   tools/install_dependencies.sh packages       to make Debian packages
+#   tools/install_dependencies.sh test lab python    all that CI uses
 set -euo pipefail
 
 build=(
@@ -22,6 +23,9 @@ lab=(
 python=(
   python3-dev pybind11-dev python3-numpy
 )
+deb=(
+  dpkg-dev file help2man
+)
 
 packages=("${build[@]}")
 for list in "${@:-?}"; do
@@ -30,7 +34,8 @@ for list in "${@:-?}"; do
     test) packages+=("${test[@]}") ;;
     lab) packages+=("${lab[@]}") ;;
     python) packages+=("${python[@]}") ;;
-    *) echo "usage: tools/install_dependencies.sh build|test|lab|python ..." >&2; exit 1 ;;
+    packages) packages+=("${deb[@]}") ;;
+    *) echo "usage: tools/install_dependencies.sh build|test|lab|python|packages ..." >&2; exit 1 ;;
   esac
 done
 

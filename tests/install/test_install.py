@@ -1,6 +1,7 @@
 """Installs the build into a temporary prefix and builds outsiders against it, which link the runtime alone."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import tempfile
@@ -56,14 +57,49 @@ class Install(unittest.TestCase):
     def test_headers_of_the_runtime_allow_fast_math(self):
         run("c++", "-std=c++20", "-Ofast", "-march=native", "-fsyntax-only", f"-I{self.prefix}/include", HERE / "consumer" / "main.cpp")
 
-    def test_pkg_config_consumer_in_c(self):
-        pc = next(self.prefix.rglob("vcd.pc"))
-        environment = dict(os.environ, PKG_CONFIG_PATH=str(pc.parent))
-        flags = run("pkg-config", "--cflags", "--libs", "--static", "vcd", env=environment).split()
-        program = pathlib.Path(self.folder.name) / "in_c"
+    def build_in_c(self, package):
+        pc = next(self.prefix.rglob(f"{package}.pc"))
+        flags = run("pkg-config", "--cflags", "--libs", package, env=dict(os.environ, PKG_CONFIG_PATH=str(pc.parent))).split()
+        program = pathlib.Path(self.folder.name) / package
         run("cc", *self.flags.split(), HERE / "consumer" / "main.c", "-o", program, *flags)
+        return program, pc.parent.parent
+
+    def test_pkg_config_links_the_shared_library(self):
+        program, libraries = self.build_in_c("vcd")
+        environment = dict(os.environ, LD_LIBRARY_PATH=str(libraries))
+        self.assertEqual(run(program, GOLDEN, env=environment), "4 objects, 0\n")
+        self.assertIn(f"libvcd.so.0 => {libraries}/libvcd.so.0", run("ldd", program, env=environment))
+        self.assert_links_no_foreigner(program)
+
+    def test_pkg_config_links_the_static_libraries(self):
+        program, _ = self.build_in_c("vcd-static")
         self.assertEqual(run(program, GOLDEN), "4 objects, 0\n")
         self.assert_links_no_foreigner(program)
+
+    def test_the_shared_library_exports_what_is_listed_and_the_headers_declare(self):
+        library = next(self.prefix.rglob("libvcd.so.0"))
+        exported = {line.split()[-1].split("@")[0] for line in run("nm", "-D", "--defined-only", library).splitlines()
+                    if line.split()[-2] != "A"}  # the name of the version
+        head, *lines = (HERE.parents[1] / "packages" / "libvcd0.symbols").read_text().splitlines()
+        self.assertEqual(head, "libvcd.so.0 libvcd0 #MINVER#")
+        listed = {line.split("@")[0].strip() for line in lines}
+        self.assertEqual(exported, {name for name in listed if name != "VCD_0"})
+        declared = {name for header in ("vcd.h", "version.h") for name in re.findall(
+            r"^[a-z].*?\b(vcd_\w+)\((?!\*)", (self.prefix / "include/vcd/runtime" / header).read_text(), re.M)}
+        self.assertEqual(exported, declared)
+        self.assertIn("[libvcd.so.0]", run("readelf", "-d", library))
+
+    def test_a_debian_package_is_made(self):
+        if not shutil.which("dpkg-shlibdeps"):
+            self.skipTest("needs dpkg-dev")
+        folder = pathlib.Path(self.folder.name) / "packages"
+        run("cpack", "-G", "DEB", "--config", pathlib.Path(os.environ["VCD_BUILD"]) / "CPackConfig.cmake", "-B", folder,
+            "-D", "CPACK_COMPONENTS_ALL=library")
+        package, = folder.glob("*.deb")
+        self.assertRegex(package.name, r"^libvcd0_[0-9.]+_\w+\.deb$")
+        self.assertIn("libzstd1", run("dpkg-deb", "-f", package, "Depends"))
+        self.assertIn("libvcd.so.0 libvcd0", run("dpkg-deb", "-I", package, "symbols"))
+        self.assertIn("/libvcd.so.0 ->", run("dpkg-deb", "-c", package))
 
     def test_cmake_package_bakes(self):
         assets = pathlib.Path(self.folder.name) / "assets"

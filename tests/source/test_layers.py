@@ -13,6 +13,7 @@ LAYERS = {
     "format": ({}, {"xxhash.h", "zstd.h"}),
     "writer": ({"format"}, {"xxhash.h", "zstd.h"}),
     "runtime": ({"format"}, {"hwy"}),
+    "preload": ({"format", "runtime"}, {"embree3", "xxhash.h"}),
     "recorder": ({"format", "writer", "runtime"}, set()),
     "baker": ({"format", "writer", "baker/ingest"},
               {"embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
@@ -42,7 +43,7 @@ CLEAN_HEADERS = ("format/include", "writer/include", "runtime/include", "recorde
 ROOTS = ["format/include", "format/src", "writer/include", "writer/src", "runtime/include", "runtime/src", "recorder/include",
          "baker/include", "baker", "tools/library/include", "tools/verify/include", "tools/lab/scenes/include",
          "tools/lab/scenes", "tools", "tools/lab"]
-SYSTEM = re.compile(r"[a-z_0-9]+|(sys|linux)/[a-z_]+\.h|(dirent|errno|fcntl|fnmatch|poll|pthread|sched|signal|spawn|"
+SYSTEM = re.compile(r"[a-z_0-9]+|(sys|linux)/[a-z_]+\.h|(dirent|dlfcn|errno|fcntl|fnmatch|poll|pthread|sched|signal|spawn|"
                     r"stddef|stdint|stdio|stdlib|string|termios|unistd)\.h")
 INCLUDE = re.compile(r'^ *# *include *([<"])([^>"]+)[>"]', re.M)
 

@@ -7,7 +7,7 @@ import unittest
 
 PROJECT = pathlib.Path(__file__).resolve().parents[2]
 VERSION = "14."  # others break lines elsewhere
-FOLDERS = ("baker", "examples", "format", "python", "recorder", "runtime", "tests", "tools", "writer")
+FOLDERS = ("baker", "examples", "format", "preload", "python", "recorder", "runtime", "tests", "tools", "writer")
 
 
 def complaints(files):

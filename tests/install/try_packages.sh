@@ -1,0 +1,34 @@
+#!/usr/bin/env bash
+# Installs the packages of a folder and tries each: for a bare root of Debian 12, as root. Ends with an error if one fails.
+#
+#   try_packages.sh FOLDER SOURCES      SOURCES: the project, for a mesh and a program in C
+set -euo pipefail
+packages=$(realpath "$1")
+sources=$(realpath "$2")
+export DEBIAN_FRONTEND=noninteractive
+apt-get update -qq
+apt-get install -y -qq --no-install-recommends "$packages"/*.deb g++ pkg-config man-db >/dev/null
+cd "$(mktemp -d)"
+
+echo "== vcd"
+vc-bake "$sources/assets/shrub.glb" -o . --depth 3 --method proven --quiet
+vc-info ./*.vcd | head -n 3
+vc-verify ./*.vcd --against "$sources/assets/shrub.glb"
+man --where vc-bake
+
+echo "== libvcd-dev, libvcd0"
+cc "$sources/tests/install/consumer/main.c" -o shared $(pkg-config --cflags --libs vcd)
+./shared ./*.vcd
+ldd shared | grep libvcd
+cc "$sources/tests/install/consumer/main.c" -o static $(pkg-config --cflags --libs vcd-static)
+./static ./*.vcd
+
+echo "== python3-vcd"
+python3 -c 'import vcd, glob; print(vcd.__file__, vcd.open(glob.glob("*.vcd")[0]))'
+
+echo "== vcd-embree3"
+LD_PRELOAD=libvcd_embree3.so true && ldd /usr/lib/*/libvcd_embree3.so | grep embree3.so
+
+echo "== removed again"
+apt-get purge -y -qq vcd libvcd0 libvcd-dev python3-vcd vcd-embree3 >/dev/null
+find /usr -name '*vcd*' -not -path '*/doc/*' | grep -v '^/usr/share/zoneinfo' || true
