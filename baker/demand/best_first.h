@@ -17,8 +17,8 @@
 namespace vcd::baker {
 
 struct BestFirstOptions {
-  uint32_t depth;         // 2 to 8; 0: pick_depth()
-  uint64_t budget_bytes;  // of the tree
+  uint32_t depth;                // 2 to 8; 0: pick_depth()
+  uint64_t budget_bytes;         // of the tree
   uint32_t depth_elsewhere = 0;  // BakeOptions::depth_elsewhere
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
   std::function<bool()> stop = {};

@@ -94,7 +94,8 @@ inline constexpr uint64_t kBytesBesideTree = 8192;
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
 inline constexpr uint64_t kDemandBudgetBytes = uint64_t{8} << 20;
 
-// For a demand: when so many bytes of a tree were filled, the next were expected to be asked for by so much weight each.
+// For a demand: when so many bytes of a tree were filled, the next were expected to be asked for by so much weight
+// each.
 struct WorthOfBytes {
   uint64_t bytes;
   double asked_a_byte;
@@ -145,9 +146,9 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& options);
 // the number of threads, the order of vertices and triangles, or the file they came from.
 //
 // Errors: usage (an option out of range, a budget of bytes too small for the depth or the depth elsewhere, or a demand
-// that asks nothing of the mesh); difference (the audit found a wrong proof: a fault of vcd, and the message holds lines
-// that show it); runtime (out of memory, or stopped).
-// Safe from any thread. Exceptions of the callbacks pass through.
+// that asks nothing of the mesh); difference (the audit found a wrong proof: a fault of vcd, and the message holds
+// lines that show it); runtime (out of memory, or stopped). Safe from any thread. Exceptions of the callbacks pass
+// through.
 Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& options);
 
 // The welded mesh as a Draco bitstream without quantization, so that decoding it and preparing it again gives the same

@@ -32,8 +32,8 @@ struct BakeSettings {
   double total_mb = 0;        // MiB of all objects of a file, for a demand; 0: none
   double budget_seconds = 0;  // 0: none
   DemandFile demand = {};
-  bool for_lights = false;  // for a demand of the scene file's lights
-  uint32_t for_above = 0;   // for a demand of the sky; 1 to 3: the axis x, y or z points up
+  bool for_lights = false;       // for a demand of the scene file's lights
+  uint32_t for_above = 0;        // for a demand of the sky; 1 to 3: the axis x, y or z points up
   uint32_t depth_elsewhere = 0;  // for a demand: to which depth all is divided that it does not ask for; 0: not
   uint64_t seed = 0;
   uint64_t audit_lines = 1000000;
