@@ -111,7 +111,7 @@ Result<PaperRunOptions> plan(const Options& options, Profile& profile) {
   run.repetitions = options.repetitions;
   run.bakes.budget_mb = options.budget_mb;
   run.bakes.horizons = options.horizons;
-  run.paths = std::min(run.paths, size_t{4} * run.render.width * run.render.height);
+  run.paths = std::min(run.paths, size_t{32} * run.render.width * run.render.height);
   run.segments_of_kind = profile.segments_of_kind;
   run.quiet = options.common.quiet;
   for (const std::string& text : profile.scenes) {
