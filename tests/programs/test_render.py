@@ -103,6 +103,13 @@ class Render(Case):
         self.assertIn("hierarchy", by["hierarchy"])
         self.assertIn("rtcOccluded", by["bvh"])
 
+    def test_older_instructions_give_the_same_picture(self):
+        self.run_program("vc-bake", self.leaves, "-q", "--depth", 3, "--method", "proven")
+        for name in ("avx2", "sse4"):
+            report = json.loads(self.render(self.leaves, "--instructions", name, "--shadows", "both", "--format", "json", "-o", name).stdout)
+            self.assertEqual(report["difference"]["pixels"], 0)
+        self.assertEqual((self.folder / "avx2-vcd.png").read_bytes(), (self.folder / "sse4-vcd.png").read_bytes())
+
     def test_same_picture_for_any_number_of_threads(self):
         for threads in (1, 3):
             self.render("forest", "--instances", "5", "--species", "2", "--leaves", "40", "--shadows", "bvh", "-q", "-j", threads, "-o", f"t{threads}")

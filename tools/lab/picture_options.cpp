@@ -5,6 +5,8 @@
 #include <filesystem>
 #include <map>
 
+#include "render/instructions.h"
+
 namespace vcd::render {
 
 using namespace baker;
@@ -76,6 +78,9 @@ void add_options(CLI::App& app, PictureOptions& options) {
       ->excludes(paths);
   app.add_option("--seed", options.render.seed, "Of the samples (default: 1)");
   app.add_option("-j,--threads", options.render.threads, "Threads; 0: all (default)")->check(CLI::Range(0, 1024));
+  app.add_option("--instructions", options.instructions,
+                 "Hold Embree and the runtime to these and older ones, avx2 or sse4 (default: what the processor has)")
+      ->check(CLI::IsMember(older_instructions()));
   app.add_option("--exposure", options.exposure, "Factor before tone mapping (default: 1)")->check(CLI::PositiveNumber);
   app.add_option("--amplify", options.amplify, "Factor of the view difference (default: 20)")
       ->check(CLI::PositiveNumber);

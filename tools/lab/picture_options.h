@@ -31,7 +31,7 @@ struct PictureOptions {
   std::vector<std::string> views = {"shaded"};
   std::vector<std::string> sidecars;
   library::BakeSettings settings{.depth = 5};
-  std::string output, record;
+  std::string output, record, instructions;
   size_t most_recorded = Recorder::kDefaultMost;
   bool exr = false;
   double exposure = 1, amplify = 20;

@@ -11,6 +11,7 @@
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
+#include "render/instructions.h"
 #include "render/recorded.h"
 #include "render/recording.h"
 #include "render/sidecars.h"
@@ -359,6 +360,7 @@ int main(int argc, char** argv) {
       print_error(fault);
       return exit_code(ErrorCode::usage);
     }
+    limit_instructions(options.instructions);
     catch_interruptions();
     return Program(options).run();
   });
