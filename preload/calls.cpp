@@ -1,4 +1,5 @@
 // Embree's functions that build scenes: each is passed on, and what it said is tracked.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
@@ -12,14 +13,33 @@ using vcd::preload::Geometry;
 
 namespace {
 
-// Errors that the program has not asked for yet, but that this library had to take from Embree to see whether a commit
-// failed. The first one counts, as with Embree.
-thread_local RTCDevice pending_device = nullptr;
-thread_local RTCError pending = RTC_ERROR_NONE;
+// Errors that the program has not asked for yet, but that this library had to take from Embree to see whether a call
+// failed. The first one of a device counts, as with Embree. A fixed array: it needs no memory and no destructor, so
+// that threads may still call while they end. The oldest error makes room.
+struct PendingError {
+  RTCDevice device;
+  RTCError error;
+};
+constexpr size_t kMostPending = 16;
+constinit thread_local PendingError pending[kMostPending] = {};
+constinit thread_local size_t pending_count = 0;
+
+PendingError* pending_of(RTCDevice device) {
+  PendingError* const end = pending + pending_count;
+  PendingError* const found = std::find_if(pending, end, [=](const PendingError& p) { return p.device == device; });
+  return found == end ? nullptr : found;
+}
+
+void remove(PendingError* error) {
+  std::copy(error + 1, pending + pending_count, error);
+  --pending_count;
+}
 
 RTCError take_error(RTCDevice device) {
   const RTCError error = VCD_NEXT(rtcGetDeviceError)(device);
-  if (error != RTC_ERROR_NONE && pending == RTC_ERROR_NONE) pending_device = device, pending = error;
+  if (error == RTC_ERROR_NONE || pending_of(device)) return error;
+  if (pending_count == kMostPending) remove(pending);
+  pending[pending_count++] = {device, error};
   return error;
 }
 
@@ -68,12 +88,18 @@ extern "C" {
 
 RTCError rtcGetDeviceError(RTCDevice device) {
   const RTCError error = VCD_NEXT(rtcGetDeviceError)(device);
-  if (pending == RTC_ERROR_NONE || device != pending_device) return error;
-  const RTCError first = pending;
-  pending = RTC_ERROR_NONE;
+  PendingError* const earlier = pending_of(device);
+  if (!earlier) return error;
+  const RTCError first = earlier->error;
+  remove(earlier);
   return first;
 }
 
+RTCDevice rtcNewDevice(const char* config) {
+  const RTCDevice device = VCD_NEXT(rtcNewDevice)(config);
+  if (PendingError* const of_a_dead_one = pending_of(device)) remove(of_a_dead_one);
+  return device;
+}
 RTCScene rtcNewScene(RTCDevice device) {
   const RTCScene scene = VCD_NEXT(rtcNewScene)(device);
   if (scene) vcd::preload::add_scene(scene, device);

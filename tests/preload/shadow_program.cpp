@@ -129,6 +129,13 @@ void ask_once(RTCScene scene, Asked& asked) {
   rtcOccluded1(scene, &asked.context, &ray);
 }
 
+void expect_error(RTCDevice device, RTCError expected) {
+  const RTCError error = rtcGetDeviceError(device);
+  if (error == expected) return;
+  std::fprintf(stderr, "the device's error is %d, not %d\n", error, expected);
+  std::exit(1);
+}
+
 const std::map<std::string, Build> kScenes = {
     {"mesh", [](RTCDevice device, RTCScene scene, Asked&) { add(device, scene, sphere(3)); }},
     {"quads", [](RTCDevice device, RTCScene scene, Asked&) { add(device, scene, sphere(4), 4); }},
@@ -248,6 +255,22 @@ const std::map<std::string, Build> kScenes = {
        });
        rtcCommitGeometry(geometry);
        rtcAttachGeometry(scene, geometry);
+     }},
+    {"two-devices",  // each keeps its own first error
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       const RTCDevice other = rtcNewDevice("threads=1");
+       for (const RTCDevice each : {device, other}) {
+         const RTCScene empty = rtcNewScene(each);
+         rtcNewGeometry(each, static_cast<RTCGeometryType>(77));
+         rtcCommitScene(empty);
+         rtcAttachGeometry(empty, nullptr);
+         rtcCommitScene(empty);
+         rtcReleaseScene(empty);
+       }
+       expect_error(other, RTC_ERROR_UNKNOWN), expect_error(other, RTC_ERROR_NONE);
+       expect_error(device, RTC_ERROR_UNKNOWN), expect_error(device, RTC_ERROR_NONE);
+       rtcReleaseDevice(other);
+       add(device, scene, sphere(3));
      }},
     {"far",
      [](RTCDevice device, RTCScene scene, Asked& asked) { add(device, scene, sphere(3)), asked.rays = rays(1000); }},

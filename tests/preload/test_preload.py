@@ -61,7 +61,7 @@ class Preload(unittest.TestCase):
                     self.assertGreater(report["blocked"], 200 if scene != "far" else 20)
 
     def test_scenes_that_are_answered(self):
-        for scene in ("quads", "two", "disabled", "detached", "again"):
+        for scene in ("quads", "two", "disabled", "detached", "again", "two-devices"):
             with self.subTest(scene=scene):
                 report = self.compare(scene, "1")
                 self.assertGreater(report["clear"], 200)
