@@ -71,15 +71,25 @@ void commit(RTCScene scene, Commit commit) {
   vcd::preload::committed(scene, take_error(device) != RTC_ERROR_NONE);
 }
 
-void set_buffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, const void* first, RTCFormat format,
-                size_t stride, size_t count) {
+// set: sets the buffer and returns its first byte. Where Embree refuses, it keeps the old buffer or has none: which one
+// is not known here, so that the geometry is left to Embree for good.
+template <class Set>
+void* set_buffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, size_t stride, size_t count,
+                 const Set& set) {
+  const RTCDevice device = vcd::preload::device_of(geometry);
+  if (!device) return set();
+  take_error(device);
+  void* const first = set();
+  const bool refused = take_error(device) != RTC_ERROR_NONE;
   vcd::preload::change(geometry, [&](Geometry& told) {
-    if (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_INDEX) return;
+    if (refused) told.odd = true;
+    if (refused || (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_INDEX)) return;
     if (slot != 0) told.odd = true;  // of another time, or another topology
     else
       (type == RTC_BUFFER_TYPE_VERTEX ? told.mesh.positions : told.mesh.faces) = {static_cast<const std::byte*>(first),
                                                                                   format, stride, count};
   });
+  return first;
 }
 
 }  // namespace
@@ -131,7 +141,7 @@ void rtcDetachGeometry(RTCScene scene, unsigned id) {
 
 RTCGeometry rtcNewGeometry(RTCDevice device, RTCGeometryType type) {
   const RTCGeometry geometry = VCD_NEXT(rtcNewGeometry)(device, type);
-  if (geometry) vcd::preload::add_geometry(geometry, type);
+  if (geometry) vcd::preload::add_geometry(geometry, device, type);
   return geometry;
 }
 void rtcRetainGeometry(RTCGeometry geometry) {
@@ -169,20 +179,23 @@ void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctio
 
 void rtcSetGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, RTCBuffer buffer,
                           size_t offset, size_t stride, size_t count) {
-  VCD_NEXT(rtcSetGeometryBuffer)(geometry, type, slot, format, buffer, offset, stride, count);
-  const auto* first = static_cast<const std::byte*>(VCD_NEXT(rtcGetBufferData)(buffer));
-  set_buffer(geometry, type, slot, first ? first + offset : nullptr, format, stride, count);
+  set_buffer(geometry, type, slot, format, stride, count, [&]() -> void* {
+    VCD_NEXT(rtcSetGeometryBuffer)(geometry, type, slot, format, buffer, offset, stride, count);
+    auto* const first = buffer ? static_cast<std::byte*>(VCD_NEXT(rtcGetBufferData)(buffer)) : nullptr;
+    return first ? first + offset : nullptr;
+  });
 }
 void rtcSetSharedGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format,
                                 const void* first, size_t offset, size_t stride, size_t count) {
-  VCD_NEXT(rtcSetSharedGeometryBuffer)(geometry, type, slot, format, first, offset, stride, count);
-  set_buffer(geometry, type, slot, static_cast<const std::byte*>(first) + offset, format, stride, count);
+  set_buffer(geometry, type, slot, format, stride, count, [&]() -> void* {
+    VCD_NEXT(rtcSetSharedGeometryBuffer)(geometry, type, slot, format, first, offset, stride, count);
+    return static_cast<std::byte*>(const_cast<void*>(first)) + offset;
+  });
 }
 void* rtcSetNewGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, size_t stride,
                               size_t count) {
-  void* const first = VCD_NEXT(rtcSetNewGeometryBuffer)(geometry, type, slot, format, stride, count);
-  set_buffer(geometry, type, slot, first, format, stride, count);
-  return first;
+  return set_buffer(geometry, type, slot, format, stride, count,
+                    [&] { return VCD_NEXT(rtcSetNewGeometryBuffer)(geometry, type, slot, format, stride, count); });
 }
 void rtcUpdateGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot) {
   VCD_NEXT(rtcUpdateGeometryBuffer)(geometry, type, slot);

@@ -20,6 +20,7 @@ namespace vcd::preload {
 namespace {
 
 struct TrackedGeometry {
+  RTCDevice device;
   Geometry told;
   unsigned references = 1;
   std::vector<RTCScene> scenes = {};                // that it is attached to, once for each time
@@ -229,11 +230,11 @@ void add_scene(RTCScene scene, RTCDevice device) {
   s.scenes.emplace(scene, std::move(fresh));
 }
 
-void add_geometry(RTCGeometry geometry, RTCGeometryType type) {
+void add_geometry(RTCGeometry geometry, RTCDevice device, RTCGeometryType type) {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   s.forget(geometry);
-  TrackedGeometry fresh{Geometry{type}};
+  TrackedGeometry fresh{device, Geometry{type}};
   if (type == RTC_GEOMETRY_TYPE_QUAD) fresh.told.mesh.corners = 4;
   s.geometries.emplace(geometry, std::move(fresh));
 }
@@ -311,6 +312,12 @@ void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change) 
 RTCDevice device_of(RTCScene scene) {
   const std::lock_guard lock(state().mutex);
   const TrackedScene* tracked = state().find(scene);
+  return tracked ? tracked->device : nullptr;
+}
+
+RTCDevice device_of(RTCGeometry geometry) {
+  const std::lock_guard lock(state().mutex);
+  const TrackedGeometry* tracked = state().find(geometry);
   return tracked ? tracked->device : nullptr;
 }
 

@@ -25,7 +25,7 @@ struct Geometry {
 };
 
 void add_scene(RTCScene scene, RTCDevice device);
-void add_geometry(RTCGeometry geometry, RTCGeometryType type);
+void add_geometry(RTCGeometry geometry, RTCDevice device, RTCGeometryType type);
 void retain(RTCScene scene);
 void retain(RTCGeometry geometry);
 // Before Embree is told, since another thread may get the address of what ends.
@@ -38,7 +38,9 @@ void set_instanced(RTCGeometry geometry, RTCScene scene);
 // change: to be done to it; the scenes that it is in have no view from now on.
 void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change);
 
+// Null: it is not known.
 RTCDevice device_of(RTCScene scene);
+RTCDevice device_of(RTCGeometry geometry);
 // After Embree has committed the scene. failed: it could not, so that Embree's answers are not of the scene.
 void committed(RTCScene scene, bool failed);
 

@@ -272,6 +272,18 @@ const std::map<std::string, Build> kScenes = {
        rtcReleaseDevice(other);
        add(device, scene, sphere(3));
      }},
+    {"refused",  // a buffer that lies askew, and one that is too short: Embree keeps the old ones
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       static const float kAskew[1024] = {};
+       const RTCGeometry geometry = add(device, scene, sphere(3));
+       rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, kAskew, 1, 12, 300);
+       expect_error(device, RTC_ERROR_INVALID_OPERATION), expect_error(device, RTC_ERROR_NONE);
+       const RTCBuffer small = rtcNewBuffer(device, 36);
+       rtcSetGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, small, 0, 12, 100'000'000);
+       expect_error(device, RTC_ERROR_INVALID_ARGUMENT), expect_error(device, RTC_ERROR_NONE);
+       rtcReleaseBuffer(small);
+       rtcCommitGeometry(geometry);
+     }},
     {"far",
      [](RTCDevice device, RTCScene scene, Asked& asked) { add(device, scene, sphere(3)), asked.rays = rays(1000); }},
 };

@@ -96,6 +96,9 @@ class Preload(unittest.TestCase):
                 self.assertGreater(report["rest"], 200)
                 self.assertGreater(report["blocked"], 100)
 
+    def test_buffers_that_embree_refuses_are_not_read(self):
+        self.assertEqual(self.compare("refused", "1")["other"], 4096)
+
     def test_hierarchies_decide_the_rest_if_wanted(self):
         for scene in ("mesh", "instances"):
             for query in ("1", "16", "1M"):
