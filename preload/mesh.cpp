@@ -1,6 +1,7 @@
 #include "mesh.h"
 
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -89,8 +90,10 @@ std::optional<Error> export_mesh(const Mesh& mesh, const GeometryHash& hash, con
   std::error_code error;
   if (std::filesystem::exists(path, error)) return std::nullopt;
   std::filesystem::create_directories(folder, error);
-  // A name of its own until it is whole: other processes export too, and vc-bake may be reading the folder.
-  const std::filesystem::path part = folder / (to_hex(hash) + "." + std::to_string(getpid()) + ".part");
+  // A name of its own until it is whole: other threads and processes export too, and vc-bake may be reading the folder.
+  static std::atomic<uint64_t> exports = 0;
+  const std::filesystem::path part =
+      folder / (to_hex(hash) + "." + std::to_string(getpid()) + "." + std::to_string(++exports) + ".part");
   std::ofstream out(part, std::ios::binary);
   write_ply(out, mesh);
   out.close();

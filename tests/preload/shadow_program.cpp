@@ -4,6 +4,7 @@
 //   shadow_program SCENE QUERY
 #include <embree3/rtcore.h>
 
+#include <barrier>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -283,6 +284,23 @@ const std::map<std::string, Build> kScenes = {
        expect_error(device, RTC_ERROR_INVALID_ARGUMENT), expect_error(device, RTC_ERROR_NONE);
        rtcReleaseBuffer(small);
        rtcCommitGeometry(geometry);
+     }},
+    {"at-once",  // threads commit the same meshes
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       std::barrier together(8);
+       std::vector<std::thread> threads;
+       for (int t = 0; t < 8; ++t)
+         threads.emplace_back([&] {
+           for (int i = 0; i < 20; ++i) {
+             const RTCScene own = rtcNewScene(device);
+             add(device, own, sphere(3, 4.f + static_cast<float>(i)));
+             together.arrive_and_wait();
+             rtcCommitScene(own);
+             rtcReleaseScene(own);
+           }
+         });
+       for (std::thread& thread : threads) thread.join();
+       add(device, scene, sphere(3));
      }},
     {"far",
      [](RTCDevice device, RTCScene scene, Asked& asked) { add(device, scene, sphere(3)), asked.rays = rays(1000); }},

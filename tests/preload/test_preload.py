@@ -135,6 +135,12 @@ class Preload(unittest.TestCase):
         self.assertEqual((report["meshes"], report["with_sidecar"], report["exported"]), (2, 1, 1))
         self.assertEqual([file.suffix for file in exported.iterdir()], [".ply"])
 
+    def test_threads_that_export_the_same_mesh_do_not_meet(self):
+        exported = self.folder / "at-once"
+        _, report = run("at-once", "1", VCD_EXPORT=exported)
+        self.assertIsInstance(report, dict, report)
+        self.assertEqual([file.suffix for file in exported.iterdir()], [".ply"] * 21)
+
     def test_a_folder_that_is_missing_is_told_and_harms_nothing(self):
         expected, _ = run("mesh", "1", preload=False)
         answers, text = run("mesh", "1", VCD_SIDECARS=self.folder / "missing")
