@@ -19,7 +19,9 @@ size_t size_of_face(const Mesh& mesh) { return mesh.corners * sizeof(uint32_t); 
 void add(XXH3_state_t& state, const Buffer& buffer, size_t item_size) {
   const size_t shape[2] = {buffer.stride, buffer.count};
   XXH3_128bits_update(&state, shape, sizeof shape);
-  if (buffer.count > 0) XXH3_128bits_update(&state, buffer.first, (buffer.count - 1) * buffer.stride + item_size);
+  if (buffer.stride == item_size) return void(XXH3_128bits_update(&state, buffer.first, buffer.count * item_size));
+  // What lies between the items is not promised to stay as it is.
+  for (size_t i = 0; i < buffer.count; ++i) XXH3_128bits_update(&state, buffer.first + i * buffer.stride, item_size);
 }
 
 template <class Item>

@@ -229,6 +229,14 @@ const std::map<std::string, Build> kScenes = {
        ask_once(scene, asked);
        move(geometry, 1.5f);
      }},
+    {"attributes",  // what lies beside the positions changes, which is no change of the mesh
+     [](RTCDevice device, RTCScene scene, Asked& asked) {
+       const RTCGeometry geometry = add(device, scene, sphere(3));
+       ask_once(scene, asked);
+       auto* positions = static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+       for (size_t i = 0; i < 25 * 48; ++i) positions[5 * i + 3] = static_cast<float>(i);
+       move(geometry, 0);
+     }},
     {"again",  // addresses come back
      [](RTCDevice device, RTCScene scene, Asked& asked) {
        for (int i = 0; i < 100; ++i) {

@@ -99,6 +99,9 @@ class Preload(unittest.TestCase):
     def test_buffers_that_embree_refuses_are_not_read(self):
         self.assertEqual(self.compare("refused", "1")["other"], 4096)
 
+    def test_what_lies_beside_positions_is_not_read(self):
+        self.assertEqual(self.compare("attributes", "1")["meshes"], 1)
+
     def test_hierarchies_decide_the_rest_if_wanted(self):
         for scene in ("mesh", "instances"):
             for query in ("1", "16", "1M"):
