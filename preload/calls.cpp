@@ -55,7 +55,7 @@ void report() {
       stderr,
       "libvcd_embree3: %llu shadow rays: %llu clear, %llu blocked; clear of sidecars, the rest traced by "
       "Embree: %llu; traced by Embree: %llu unclassified, %llu blocked unless a filter or mask says no, %llu since "
-      "look-ups cost more, %llu in scenes without sidecars\n",
+      "look-ups cost more, %llu in scenes without sidecars or by rtcOccludedNp\n",
       asked, count(Count::clear), count(Count::blocked), count(Count::clear_but_rest), count(Count::unclassified),
       count(Count::held_back), count(Count::not_looked_up), count(Count::other_scenes));
 }

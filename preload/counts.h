@@ -18,7 +18,7 @@ enum class Count : size_t {
   unclassified,    // Embree traced the whole scene
   held_back,       // the same, though it is blocked: a filter or a mask decides
   not_looked_up,   // the same, since look-ups cost more than they save
-  other_scenes,    // the same, of scenes without sidecars
+  other_scenes,    // the same, of scenes without sidecars or by rtcOccludedNp
   kCount,
 };
 

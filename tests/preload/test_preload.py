@@ -15,7 +15,7 @@ REPORT = re.compile(r"libvcd_embree3: (?P<meshes>\d+) meshes: (?P<with_sidecar>\
                     r"libvcd_embree3: (?P<asked>\d+) shadow rays: (?P<clear>\d+) clear, (?P<blocked>\d+) blocked; clear of "
                     r"sidecars, the rest traced by Embree: (?P<rest>\d+); traced by Embree: (?P<unclassified>\d+) unclassified, "
                     r"(?P<held_back>\d+) blocked unless a filter or mask says no, "
-                    r"(?P<not_looked_up>\d+) since look-ups cost more, (?P<other>\d+) in scenes without sidecars\n")
+                    r"(?P<not_looked_up>\d+) since look-ups cost more, (?P<other>\d+) in scenes without sidecars or by rtcOccludedNp\n")
 
 
 def run(scene, query, program="shadow_program", preload=True, **variables):
