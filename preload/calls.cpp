@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 
 #include "counts.h"
 #include "known_meshes.h"
@@ -81,14 +82,15 @@ void* set_buffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFor
   take_error(device);
   void* const first = set();
   const bool refused = take_error(device) != RTC_ERROR_NONE;
-  vcd::preload::change(geometry, [&](Geometry& told) {
+  const auto change = [&](Geometry& told) {
     if (refused) told.odd = true;
     if (refused || (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_INDEX)) return;
     if (slot != 0) told.odd = true;  // of another time, or another topology
     else
       (type == RTC_BUFFER_TYPE_VERTEX ? told.mesh.positions : told.mesh.faces) = {static_cast<const std::byte*>(first),
                                                                                   format, stride, count};
-  });
+  };
+  vcd::preload::change(geometry, std::ref(change));  // by reference: that needs no memory
   return first;
 }
 

@@ -36,10 +36,12 @@ struct ThreadCounts {
 };
 
 extern constinit thread_local ThreadCounts* counts_of_this_thread;
-ThreadCounts& take_thread_counts();
+ThreadCounts& take_thread_counts() noexcept;  // ends the program if there is no memory for them
 
 // Of this thread. Never locks; allocates in a thread's first call at most.
-inline ThreadCounts& thread_counts() { return counts_of_this_thread ? *counts_of_this_thread : take_thread_counts(); }
+inline ThreadCounts& thread_counts() noexcept {
+  return counts_of_this_thread ? *counts_of_this_thread : take_thread_counts();
+}
 
 inline Choice& choice_of(uint64_t view_id) {
   Choice& choice = thread_counts().choices[view_id % 8];

@@ -102,6 +102,12 @@ class Preload(unittest.TestCase):
     def test_what_lies_beside_positions_is_not_read(self):
         self.assertEqual(self.compare("attributes", "1")["meshes"], 1)
 
+    def test_a_lack_of_memory_is_told_and_harms_nothing(self):
+        expected, _ = run("no-memory", "1", preload=False)
+        answers, text = run("no-memory", "1", VCD_SIDECARS=self.sidecars)
+        self.assertEqual(answers, expected)
+        self.assertIn("bad_alloc", text)
+
     def test_hierarchies_decide_the_rest_if_wanted(self):
         for scene in ("mesh", "instances"):
             for query in ("1", "16", "1M"):
