@@ -345,9 +345,11 @@ int main(int argc, char** argv) {
       "object's box\n"
       "which are blocked by the object and which are clear."};
   add_asset_request(app, options.request);
-  app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
+  CLI::Option* plan =
+      app.add_flag("--plan", options.plan_only, "Only forecast what each depth would cost and be worth; bake nothing");
   add_settings(app, options.request.settings);
   add_run_options(app, options);
+  plan->excludes(app.get_option("--attach"));
   add_common_options(app, options.common);
   return run_program(app, argc, argv, [&] {
     if (options.request.inputs.empty() && options.request.manifests.empty()) {

@@ -73,7 +73,13 @@ class GltfAttaching {
     const auto known = json_.member(place, "extensions");
     if (!known) return json_.add_member(place, "extensions", extensions);
     if (json_.text_of(*known) == "null") return json_.replace(*known, extensions);
+    if (json_.member(*known, kAttachedName)) fail_has_one();  // although extensionsUsed does not say so
     json_.add_member(*known, kAttachedName, value);
+  }
+
+  // A buffer without a uri may also be a fallback that lies nowhere.
+  bool is_binary_chunk(const GltfObject& buffer) const {
+    return !buffer.has("uri") && static_cast<uint64_t>(buffer.integer("byteLength")) <= binary_.size();
   }
 
   // As a buffer view: of the binary chunk where that is a buffer or can be one, else of a buffer of its own.
@@ -81,12 +87,11 @@ class GltfAttaching {
     const Bytes sidecar = attachment_.embedded;
     const size_t buffers = document_.count("buffers");
     size_t buffer = 0, offset = 0;
-    if (document_.is_binary() && (buffers == 0 || !document_.element("buffers", 0).has("uri"))) {
+    if (document_.is_binary() && (buffers == 0 || is_binary_chunk(document_.element("buffers", 0)))) {
       pad(binary_, 0, kSidecarAlignment, '\0');
       offset = binary_.size();
       binary_.append(reinterpret_cast<const char*>(sidecar.data()), sidecar.size());
       const std::string length = std::to_string(binary_.size());
-      if (buffers > 0) (void)document_.element("buffers", 0).integer("byteLength");  // it has one
       if (buffers == 0) add_to_array("buffers", joined({"{\"byteLength\":", length, "}"}));
       else
         json_.replace(*json_.member(json_.elements(*json_.member(json_.root(), "buffers"))[0], "byteLength"), length);

@@ -43,6 +43,7 @@ class Divider {
          undecided_cells(classifier_, lines_, result_.cells.top_level(), workspaces_, [&] { return over(); }))
       queues_[0].push(cell);
     queue_not_asked();
+    result_.too_deep_elsewhere = options_.depth_elsewhere > 0 && bytes_ > options_.budget_bytes;
     for (;;) {
       const std::vector<Job> jobs = next_jobs();
       if (result_.too_deep_elsewhere) return std::move(result_);
@@ -156,6 +157,9 @@ class Divider {
     std::vector<Job> jobs;
     uint64_t reserved = 0;
     if (over()) result_.out_of_time = true;
+    if (const auto best = best_step();
+        result_.worth.empty() && options_.depth_elsewhere > 0 && best && !everywhere(*best))
+      count_bytes_again();  // the bytes of what is divided everywhere, as they are
     while (jobs.size() < kBatch && !result_.out_of_time) {
       const auto best = best_step();
       if (!best) break;
@@ -320,7 +324,8 @@ std::optional<BestFirst> divide_best_first(const KnownCells& classifier, const s
                                            const BestFirstOptions& options) {
   BestFirstOptions chosen = options;
   const auto over = [&] { return options.deadline != Clock::time_point::max() && Clock::now() > options.deadline; };
-  if (chosen.depth == 0) chosen.depth = pick_depth(classifier, lines, options.budget_bytes, over);
+  if (chosen.depth == 0)
+    chosen.depth = std::max(pick_depth(classifier, lines, options.budget_bytes, over), options.depth_elsewhere);
   return Divider(classifier, lines, chosen).run();
 }
 

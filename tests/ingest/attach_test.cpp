@@ -85,6 +85,8 @@ TEST_F(Attach, RefusesWhatItCannotDo) {
   const Attachment one{.uri = "a.vcd", .meshes = {{1, kHash}}};
   json twice = attached(document().dump(), one);
   expect_refused("a.gltf", twice.dump(), one, ErrorCode::usage, "has a sidecar attached already");
+  twice.erase("extensionsUsed");
+  expect_refused("a.gltf", twice.dump(), one, ErrorCode::usage, "has a sidecar attached already");
   expect_refused("a.gltf", document().dump(), {.uri = "a.vcd", .meshes = {{2, kHash}}}, ErrorCode::invalid_file,
                  "mesh 2 does not exist");
   expect_refused("a.gltf", document(R"(,"extensions":[])").dump(), one, ErrorCode::invalid_file, "extensions");
@@ -162,6 +164,32 @@ std::string glb_of(const baker::SourceMesh& mesh, size_t extra) {
   number(binary.size()), file += std::string("BIN\0", 4) + binary;
   number(4), file += "OTHERmor";  // a chunk of another kind
   return file;
+}
+
+// Compressed files have such a buffer: it has no uri, and lies nowhere.
+TEST_F(Attach, AGlbFilesFallbackBufferStaysAsItIs) {
+  const json fallback = {{"byteLength", 40000}};
+  std::string text =
+      json({{"asset", {{"version", "2.0"}}},
+            {"buffers", {fallback}},
+            {"bufferViews", {{{"buffer", 0}, {"byteLength", 36}}}},
+            {"accessors", {{{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}}}},
+            {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}}}}}}}})
+          .dump();
+  while (text.size() % 4 != 0) text += ' ';
+  std::string file = "glTF";
+  for (const size_t value : {size_t{2}, 20 + text.size(), text.size()}) {
+    const auto bits = static_cast<uint32_t>(value);
+    file.append(reinterpret_cast<const char*>(&bits), 4);
+  }
+  file += "JSON" + text;
+  const std::string sidecar = "sidecar";
+  const auto after = attach("a.glb", file, {.embedded = std::as_bytes(std::span(sidecar)), .meshes = {{0, kHash}}});
+  ASSERT_TRUE(after) << after.error().message;
+  const json document = json::parse(after->substr(20, u32_at(*after, 12)));
+  EXPECT_EQ(document["buffers"][0], fallback);
+  EXPECT_EQ(document["buffers"][1]["byteLength"], sidecar.size());
+  EXPECT_EQ(document["bufferViews"][1]["buffer"], 1);
 }
 
 TEST_F(Attach, ASidecarInAGlbFileIsUsedInPlaceWhereTheFileIsMapped) {

@@ -252,7 +252,7 @@ class BakesForADemand(Case):
         self.run_program("vc-bake", scene, *options, "--total-mb", 1, "-j", 1)
         self.assertEqual(pathlib.Path(f"{scene}.vcd").read_bytes(), once)
         self.assertIn("nothing to do", self.run_program("vc-bake", scene, *options, "--total-mb", 1, "--update", "--dry-run").stdout)
-        self.assertIn("bytes at the least", self.run_program("vc-bake", scene, *options, "--total-mb", 0.02, code=1).stderr)
+        self.assertIn("bytes, more than --total-mb", self.run_program("vc-bake", scene, *options, "--total-mb", 0.3, code=1).stderr)
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--total-mb", 1, code=1).stderr)
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--depth-elsewhere", 5, code=1).stderr)
 
@@ -262,8 +262,9 @@ class BakesForADemand(Case):
             self.run_program("vc-bake", self.soup, "--for", self.demand, "--audit", 3000, "-d", 6, "--depth-elsewhere", elsewhere, "--budget-mb", 3)
             clear.append(self.object()["cells"]["clear"])
         self.assertGreater(clear[1], clear[0])
-        options = ("--for", self.demand, "--depth", 8, "--depth-elsewhere", 6, "--budget-mb", 0.3)
-        self.assertIn("depth 6 everywhere takes more", self.run_program("vc-bake", self.soup, *options, code=1).stderr)
+        for depth in ("auto", 8):
+            options = ("--for", self.demand, "--depth", depth, "--depth-elsewhere", 6, "--budget-mb", 0.3)
+            self.assertIn("depth 6 everywhere takes more", self.run_program("vc-bake", self.soup, *options, code=1).stderr)
 
     def test_that_cannot_be_say_so_and_write_nothing(self):
         pathlib.Path(f"{self.soup}.vcd").unlink()

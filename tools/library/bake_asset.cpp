@@ -136,29 +136,52 @@ class AssetBake {
     return found->second;
   }
 
-  // Each as if all bytes were its own, then with its share of them, where nothing is classified again.
-  std::optional<Error> finish_together(const std::vector<PreparedMesh>& meshes) {
-    const auto total = static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
-    std::vector<FinishedObject> alone;
+  // Objects that were baked as if all bytes were each one's own.
+  struct Alone {
+    std::vector<FinishedObject> objects;
     std::vector<WantedBytes> wanted;
-    uint64_t least = 0;
+    uint64_t least = 0;  // bytes of all
+    uint32_t deepest = 0;
+  };
+  // depths: of each, 0 for as deep as pays; set to what they became.
+  Result<Alone> bake_alone(const std::vector<PreparedMesh>& meshes, uint64_t total, std::vector<uint32_t>& depths) {
+    Alone alone;
     const auto [notes, left_out] = std::pair(notes_, left_out_);
-    for (const PreparedMesh& mesh : meshes) {
-      auto object = finish(mesh, Part{.budget_bytes = total, .audited = false});
+    for (size_t i = 0; i < meshes.size(); ++i) {
+      auto object = finish(meshes[i], Part{.budget_bytes = total, .depth = depths[i], .audited = false});
       if (!object) return object.error();
-      wanted.push_back(wanted_bytes(*object));
-      least += wanted.back().least;
-      alone.push_back(std::move(*object));
+      depths[i] = object->baked.record.depth;
+      alone.deepest = std::max(alone.deepest, depths[i]);
+      alone.wanted.push_back(wanted_bytes(*object));
+      alone.least += alone.wanted.back().least;
+      alone.objects.push_back(std::move(*object));
     }
     notes_ = notes, left_out_ = left_out;  // they will be said again
-    const auto shares = share_out(total, wanted);
+    return alone;
+  }
+
+  // Each as if all bytes were its own, then with its share of them, where what is known is not classified again.
+  std::optional<Error> finish_together(const std::vector<PreparedMesh>& meshes) {
+    const auto total = static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
+    std::vector<uint32_t> depths(meshes.size(), asset_.settings.depth);
+    auto alone = bake_alone(meshes, total, depths);
+    if (!alone) return alone.error();
+    auto shares = share_out(total, alone->wanted);
+    // Each picked its depth for all bytes: together the tables of such deep trees may be too much.
+    while (!shares && asset_.settings.depth == 0 && alone->deepest > 2) {
+      for (uint32_t& depth : depths) depth = std::min(depth, alone->deepest - 1);
+      alone = bake_alone(meshes, total, depths);
+      if (!alone) return alone.error();
+      shares = share_out(total, alone->wanted);
+    }
     if (!shares)
       return fault(ErrorCode::usage,
-                   "its objects take " + std::to_string(least) + " bytes at the least, more than --total-mb");
+                   "its objects take " + std::to_string(alone->least) + " bytes, more than --total-mb");
     for (size_t i = 0; i < meshes.size(); ++i) {
-      const BakedObject& known = alone[i].baked;
-      auto object =
-          finish(meshes[i], Part{.budget_bytes = (*shares)[i], .known = KnownTree{known.record, known.tree()}});
+      const BakedObject& known = alone->objects[i].baked;
+      auto object = finish(
+          meshes[i],
+          Part{.budget_bytes = (*shares)[i], .depth = depths[i], .known = KnownTree{known.record, known.tree()}});
       if (!object) return object.error();
       objects_.push_back(std::move(*object));
     }
@@ -182,6 +205,7 @@ class AssetBake {
   // What an object of several gets.
   struct Part {
     uint64_t budget_bytes = 0;
+    uint32_t depth = 0;
     bool audited = true;
     std::optional<KnownTree> known = {};
   };
@@ -208,6 +232,7 @@ class AssetBake {
     if (part) {
       options.budget_bytes =
           options.budget_bytes > 0 ? std::min(options.budget_bytes, part->budget_bytes) : part->budget_bytes;
+      if (options.demand) options.depth = part->depth;
       if (!part->audited) options.audit_lines = 0;
       if (part->known && options.demand) options.known = part->known;
     }

@@ -6,9 +6,13 @@
 namespace vcd::render {
 
 AskedRays::AskedRays(std::span<const PathRay> rays) {
+  const auto together = [](const PathRay& a, const PathRay& b) {
+    return std::tuple(a.path / kWavefront, a.bounce, a.from) == std::tuple(b.path / kWavefront, b.bounce, b.from);
+  };
+  const PathRay* before = nullptr;
   for (const PathRay& ray : rays) {
-    if (arrays.empty() || ray.from != from.back() || arrays.back().count == kWavefront)
-      arrays.push_back({segments.size(), 0});
+    if (!before || !together(*before, ray)) arrays.push_back({segments.size(), 0});
+    before = &ray;
     ++arrays.back().count;
     segments.push_back(ray.segment), from.push_back(ray.from), primitives.push_back(ray.primitive);
     origins.push_back(ray.surface == kGroundSurface ? kNoInstance : ray.surface);

@@ -26,7 +26,7 @@ struct AskedRays {
   struct Array {
     size_t first, count;
   };
-  std::vector<Array> arrays;  // neighbours that begin alike, at most kWavefront
+  std::vector<Array> arrays;  // neighbours of one wavefront and bounce that begin alike
 
   AskedRays() = default;
   explicit AskedRays(std::span<const PathRay> rays);
