@@ -2,7 +2,6 @@
 // blocked, else a 0.
 //
 //   shadow_program SCENE QUERY
-#include <dlfcn.h>
 #include <embree3/rtcore.h>
 
 #include <barrier>
@@ -13,23 +12,16 @@
 #include <cstring>
 #include <functional>
 #include <map>
-#include <new>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "failing_memory.h"
 
 namespace {
 
 constexpr size_t kRays = 4096;
 constexpr float kBlocked = -INFINITY;
-
-// The allocation of libvcd_embree3 in this thread that fails, counted down.
-thread_local size_t allocations_left = SIZE_MAX;
-
-bool is_in_the_library(const void* code) {
-  Dl_info where;
-  return dladdr(code, &where) != 0 && std::strstr(where.dli_fname, "libvcd_embree3") != nullptr;
-}
 
 struct Mesh {
   std::vector<float> positions;   // x, y, z
@@ -142,10 +134,8 @@ void ask_once(RTCScene scene, Asked& asked) {
 }
 
 void expect_error(RTCDevice device, RTCError expected) {
-  const RTCError error = rtcGetDeviceError(device);
-  if (error == expected) return;
-  std::fprintf(stderr, "the device's error is %d, not %d\n", error, expected);
-  std::exit(1);
+  if (const RTCError error = rtcGetDeviceError(device); error != expected)
+    std::fprintf(stderr, "the device's error is %d, not %d\n", error, expected), std::exit(1);
 }
 
 const std::map<std::string, Build> kScenes = {
@@ -440,16 +430,6 @@ const std::map<std::string, Query> kQueries = {
 };
 
 }  // namespace
-
-// They stand before those of the standard library, in all libraries.
-[[gnu::noinline]] void* operator new(size_t size) {
-  if (allocations_left != SIZE_MAX && is_in_the_library(__builtin_return_address(0)) && allocations_left-- == 0)
-    throw std::bad_alloc();
-  if (void* memory = std::malloc(size)) return memory;
-  throw std::bad_alloc();
-}
-[[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
-[[gnu::noinline]] void operator delete(void* memory, size_t) noexcept { std::free(memory); }
 
 int main(int argc, char** argv) {
   const auto build = kScenes.find(argc == 3 ? argv[1] : "");
