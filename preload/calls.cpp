@@ -1,6 +1,8 @@
 // Embree's functions that build scenes: each is passed on, and what it said is tracked.
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 
 #include "counts.h"
 #include "known_meshes.h"
@@ -12,14 +14,33 @@ using vcd::preload::Geometry;
 
 namespace {
 
-// Errors that the program has not asked for yet, but that this library had to take from Embree to see whether a commit
-// failed. The first one counts, as with Embree.
-thread_local RTCDevice pending_device = nullptr;
-thread_local RTCError pending = RTC_ERROR_NONE;
+// Errors that the program has not asked for yet, but that this library had to take from Embree to see whether a call
+// failed. The first one of a device counts, as with Embree. A fixed array: it needs no memory and no destructor, so
+// that threads may still call while they end. The oldest error makes room.
+struct PendingError {
+  RTCDevice device;
+  RTCError error;
+};
+constexpr size_t kMostPending = 16;
+constinit thread_local PendingError pending[kMostPending] = {};
+constinit thread_local size_t pending_count = 0;
+
+PendingError* pending_of(RTCDevice device) {
+  PendingError* const end = pending + pending_count;
+  PendingError* const found = std::find_if(pending, end, [=](const PendingError& p) { return p.device == device; });
+  return found == end ? nullptr : found;
+}
+
+void remove(PendingError* error) {
+  std::copy(error + 1, pending + pending_count, error);
+  --pending_count;
+}
 
 RTCError take_error(RTCDevice device) {
   const RTCError error = VCD_NEXT(rtcGetDeviceError)(device);
-  if (error != RTC_ERROR_NONE && pending == RTC_ERROR_NONE) pending_device = device, pending = error;
+  if (error == RTC_ERROR_NONE || pending_of(device)) return error;
+  if (pending_count == kMostPending) remove(pending);
+  pending[pending_count++] = {device, error};
   return error;
 }
 
@@ -35,7 +56,7 @@ void report() {
       stderr,
       "libvcd_embree3: %llu shadow rays: %llu clear, %llu blocked; clear of sidecars, the rest traced by "
       "Embree: %llu; traced by Embree: %llu unclassified, %llu blocked unless a filter or mask says no, %llu since "
-      "look-ups cost more, %llu in scenes without sidecars\n",
+      "look-ups cost more, %llu in scenes without sidecars or by rtcOccludedNp\n",
       asked, count(Count::clear), count(Count::blocked), count(Count::clear_but_rest), count(Count::unclassified),
       count(Count::held_back), count(Count::not_looked_up), count(Count::other_scenes));
 }
@@ -51,15 +72,26 @@ void commit(RTCScene scene, Commit commit) {
   vcd::preload::committed(scene, take_error(device) != RTC_ERROR_NONE);
 }
 
-void set_buffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, const void* first, RTCFormat format,
-                size_t stride, size_t count) {
-  vcd::preload::change(geometry, [&](Geometry& told) {
-    if (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_INDEX) return;
+// set: sets the buffer and returns its first byte. Where Embree refuses, it keeps the old buffer or has none: which one
+// is not known here, so that the geometry is left to Embree for good.
+template <class Set>
+void* set_buffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, size_t stride, size_t count,
+                 const Set& set) {
+  const RTCDevice device = vcd::preload::device_of(geometry);
+  if (!device) return set();
+  take_error(device);
+  void* const first = set();
+  const bool refused = take_error(device) != RTC_ERROR_NONE;
+  const auto change = [&](Geometry& told) {
+    if (refused) told.odd = true;
+    if (refused || (type != RTC_BUFFER_TYPE_VERTEX && type != RTC_BUFFER_TYPE_INDEX)) return;
     if (slot != 0) told.odd = true;  // of another time, or another topology
     else
       (type == RTC_BUFFER_TYPE_VERTEX ? told.mesh.positions : told.mesh.faces) = {static_cast<const std::byte*>(first),
                                                                                   format, stride, count};
-  });
+  };
+  vcd::preload::change(geometry, std::ref(change));  // by reference: that needs no memory
+  return first;
 }
 
 }  // namespace
@@ -68,12 +100,18 @@ extern "C" {
 
 RTCError rtcGetDeviceError(RTCDevice device) {
   const RTCError error = VCD_NEXT(rtcGetDeviceError)(device);
-  if (pending == RTC_ERROR_NONE || device != pending_device) return error;
-  const RTCError first = pending;
-  pending = RTC_ERROR_NONE;
+  PendingError* const earlier = pending_of(device);
+  if (!earlier) return error;
+  const RTCError first = earlier->error;
+  remove(earlier);
   return first;
 }
 
+RTCDevice rtcNewDevice(const char* config) {
+  const RTCDevice device = VCD_NEXT(rtcNewDevice)(config);
+  if (PendingError* const of_a_dead_one = pending_of(device)) remove(of_a_dead_one);
+  return device;
+}
 RTCScene rtcNewScene(RTCDevice device) {
   const RTCScene scene = VCD_NEXT(rtcNewScene)(device);
   if (scene) vcd::preload::add_scene(scene, device);
@@ -105,7 +143,7 @@ void rtcDetachGeometry(RTCScene scene, unsigned id) {
 
 RTCGeometry rtcNewGeometry(RTCDevice device, RTCGeometryType type) {
   const RTCGeometry geometry = VCD_NEXT(rtcNewGeometry)(device, type);
-  if (geometry) vcd::preload::add_geometry(geometry, type);
+  if (geometry) vcd::preload::add_geometry(geometry, device, type);
   return geometry;
 }
 void rtcRetainGeometry(RTCGeometry geometry) {
@@ -143,20 +181,23 @@ void rtcSetGeometryOccludedFilterFunction(RTCGeometry geometry, RTCFilterFunctio
 
 void rtcSetGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, RTCBuffer buffer,
                           size_t offset, size_t stride, size_t count) {
-  VCD_NEXT(rtcSetGeometryBuffer)(geometry, type, slot, format, buffer, offset, stride, count);
-  const auto* first = static_cast<const std::byte*>(VCD_NEXT(rtcGetBufferData)(buffer));
-  set_buffer(geometry, type, slot, first ? first + offset : nullptr, format, stride, count);
+  set_buffer(geometry, type, slot, format, stride, count, [&]() -> void* {
+    VCD_NEXT(rtcSetGeometryBuffer)(geometry, type, slot, format, buffer, offset, stride, count);
+    auto* const first = buffer ? static_cast<std::byte*>(VCD_NEXT(rtcGetBufferData)(buffer)) : nullptr;
+    return first ? first + offset : nullptr;
+  });
 }
 void rtcSetSharedGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format,
                                 const void* first, size_t offset, size_t stride, size_t count) {
-  VCD_NEXT(rtcSetSharedGeometryBuffer)(geometry, type, slot, format, first, offset, stride, count);
-  set_buffer(geometry, type, slot, static_cast<const std::byte*>(first) + offset, format, stride, count);
+  set_buffer(geometry, type, slot, format, stride, count, [&]() -> void* {
+    VCD_NEXT(rtcSetSharedGeometryBuffer)(geometry, type, slot, format, first, offset, stride, count);
+    return static_cast<std::byte*>(const_cast<void*>(first)) + offset;
+  });
 }
 void* rtcSetNewGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot, RTCFormat format, size_t stride,
                               size_t count) {
-  void* const first = VCD_NEXT(rtcSetNewGeometryBuffer)(geometry, type, slot, format, stride, count);
-  set_buffer(geometry, type, slot, first, format, stride, count);
-  return first;
+  return set_buffer(geometry, type, slot, format, stride, count,
+                    [&] { return VCD_NEXT(rtcSetNewGeometryBuffer)(geometry, type, slot, format, stride, count); });
 }
 void rtcUpdateGeometryBuffer(RTCGeometry geometry, RTCBufferType type, unsigned slot) {
   VCD_NEXT(rtcUpdateGeometryBuffer)(geometry, type, slot);

@@ -28,7 +28,7 @@ struct GiveBack {
 
 }  // namespace
 
-ThreadCounts& take_thread_counts() {
+ThreadCounts& take_thread_counts() noexcept {
   counts_of_this_thread = take();
   thread_local GiveBack at_end{counts_of_this_thread};
   return *counts_of_this_thread;

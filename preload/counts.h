@@ -18,7 +18,7 @@ enum class Count : size_t {
   unclassified,    // Embree traced the whole scene
   held_back,       // the same, though it is blocked: a filter or a mask decides
   not_looked_up,   // the same, since look-ups cost more than they save
-  other_scenes,    // the same, of scenes without sidecars
+  other_scenes,    // the same, of scenes without sidecars or by rtcOccludedNp
   kCount,
 };
 
@@ -36,10 +36,12 @@ struct ThreadCounts {
 };
 
 extern constinit thread_local ThreadCounts* counts_of_this_thread;
-ThreadCounts& take_thread_counts();
+ThreadCounts& take_thread_counts() noexcept;  // ends the program if there is no memory for them
 
 // Of this thread. Never locks; allocates in a thread's first call at most.
-inline ThreadCounts& thread_counts() { return counts_of_this_thread ? *counts_of_this_thread : take_thread_counts(); }
+inline ThreadCounts& thread_counts() noexcept {
+  return counts_of_this_thread ? *counts_of_this_thread : take_thread_counts();
+}
 
 inline Choice& choice_of(uint64_t view_id) {
   Choice& choice = thread_counts().choices[view_id % 8];

@@ -1,6 +1,7 @@
 #include "mesh.h"
 
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <memory>
@@ -18,7 +19,9 @@ size_t size_of_face(const Mesh& mesh) { return mesh.corners * sizeof(uint32_t); 
 void add(XXH3_state_t& state, const Buffer& buffer, size_t item_size) {
   const size_t shape[2] = {buffer.stride, buffer.count};
   XXH3_128bits_update(&state, shape, sizeof shape);
-  if (buffer.count > 0) XXH3_128bits_update(&state, buffer.first, (buffer.count - 1) * buffer.stride + item_size);
+  if (buffer.stride == item_size) return void(XXH3_128bits_update(&state, buffer.first, buffer.count * item_size));
+  // What lies between the items is not promised to stay as it is.
+  for (size_t i = 0; i < buffer.count; ++i) XXH3_128bits_update(&state, buffer.first + i * buffer.stride, item_size);
 }
 
 template <class Item>
@@ -89,8 +92,10 @@ std::optional<Error> export_mesh(const Mesh& mesh, const GeometryHash& hash, con
   std::error_code error;
   if (std::filesystem::exists(path, error)) return std::nullopt;
   std::filesystem::create_directories(folder, error);
-  // A name of its own until it is whole: other processes export too, and vc-bake may be reading the folder.
-  const std::filesystem::path part = folder / (to_hex(hash) + "." + std::to_string(getpid()) + ".part");
+  // A name of its own until it is whole: other threads and processes export too, and vc-bake may be reading the folder.
+  static std::atomic<uint64_t> exports = 0;
+  const std::filesystem::path part =
+      folder / (to_hex(hash) + "." + std::to_string(getpid()) + "." + std::to_string(++exports) + ".part");
   std::ofstream out(part, std::ios::binary);
   write_ply(out, mesh);
   out.close();

@@ -27,7 +27,7 @@ struct Mesh {
 // Whether the buffers are of the kinds that geometry_hash() takes.
 bool is_plain(const Mesh& mesh);
 
-GeometryHash fingerprint_of(const Mesh& mesh);  // of the bytes as they are: fast, and changes where anything does
+GeometryHash fingerprint_of(const Mesh& mesh);  // of the items' bytes: fast, and changes where any does
 Result<GeometryHash> geometry_hash_of(const Mesh& mesh);
 
 std::string to_hex(const GeometryHash& hash);

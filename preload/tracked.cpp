@@ -1,11 +1,15 @@
 #include "tracked.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdio>
+#include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <optional>
+#include <type_traits>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
@@ -20,6 +24,7 @@ namespace vcd::preload {
 namespace {
 
 struct TrackedGeometry {
+  RTCDevice device;
   Geometry told;
   unsigned references = 1;
   std::vector<RTCScene> scenes = {};                // that it is attached to, once for each time
@@ -109,8 +114,18 @@ struct State {
 };
 
 State& state() {
-  static State& kept = *new State;  // never destroyed: threads may still be rendering at exit
+  alignas(State) static std::byte memory[sizeof(State)];
+  static State& kept = *new (memory) State;  // never destroyed: threads may still be rendering at exit
   return kept;
+}
+
+// False: it returned false, or threw. Embree's callers may be written in C: nothing is thrown at them.
+template <class Do>
+bool without_throwing(const Do& action) noexcept try {
+  if constexpr (std::is_void_v<decltype(action())>) return action(), true;
+  else return action();
+} catch (const std::exception& error) {
+  return std::fprintf(stderr, "libvcd_embree3: %s\n", error.what()), false;
 }
 
 bool is_mesh(const Geometry& geometry) {
@@ -133,7 +148,6 @@ std::optional<std::vector<Read>> begin_view(RTCScene handle, bool failed, uint64
   if (!scene || scene->is_committed || scene->is_read) return std::nullopt;
   if (failed) ++scene->changes;
   if (failed || scene->odd) return std::nullopt;
-  scene->is_read = true;
   changes = scene->changes;
   std::vector<Read> reads;
   for (const auto& [id, handle_of] : scene->attached) {
@@ -142,8 +156,17 @@ std::optional<std::vector<Read>> begin_view(RTCScene handle, bool failed, uint64
         geometry->misses < kMostMisses)
       reads.emplace_back(handle_of, geometry->told.mesh);
   }
+  scene->is_read = true;
   return reads;
 }
+
+struct ReadsEnd {
+  RTCScene handle;
+  ~ReadsEnd() {
+    const std::lock_guard lock(state().mutex);
+    if (TrackedScene* scene = state().find(handle)) scene->is_read = false;
+  }
+};
 
 bool has_sidecar(const TrackedGeometry* geometry) {
   return geometry && is_mesh(geometry->told) && geometry->known && *geometry->known;
@@ -219,59 +242,61 @@ void make_view(RTCScene handle, uint64_t changes, const std::vector<Read>& reads
 
 }  // namespace
 
-void add_scene(RTCScene scene, RTCDevice device) {
+void add_scene(RTCScene scene, RTCDevice device) noexcept {
   const auto property = VCD_NEXT(rtcGetDeviceProperty);
   TrackedScene fresh{device, property(device, RTC_DEVICE_PROPERTY_RAY_MASK_SUPPORTED) != 0,
                      property(device, RTC_DEVICE_PROPERTY_BACKFACE_CULLING_ENABLED) != 0};
   State& s = state();
   const std::lock_guard lock(s.mutex);
   s.forget(scene);
-  s.scenes.emplace(scene, std::move(fresh));
+  without_throwing([&] { s.scenes.emplace(scene, std::move(fresh)); });
 }
 
-void add_geometry(RTCGeometry geometry, RTCGeometryType type) {
+void add_geometry(RTCGeometry geometry, RTCDevice device, RTCGeometryType type) noexcept {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   s.forget(geometry);
-  TrackedGeometry fresh{Geometry{type}};
+  TrackedGeometry fresh{device, Geometry{type}};
   if (type == RTC_GEOMETRY_TYPE_QUAD) fresh.told.mesh.corners = 4;
-  s.geometries.emplace(geometry, std::move(fresh));
+  without_throwing([&] { s.geometries.emplace(geometry, std::move(fresh)); });
 }
 
-void retain(RTCScene scene) {
+void retain(RTCScene scene) noexcept {
   const std::lock_guard lock(state().mutex);
   if (TrackedScene* tracked = state().find(scene)) ++tracked->references;
 }
-void retain(RTCGeometry geometry) {
+void retain(RTCGeometry geometry) noexcept {
   const std::lock_guard lock(state().mutex);
   if (TrackedGeometry* tracked = state().find(geometry)) ++tracked->references;
 }
-void release(RTCScene scene) {
+void release(RTCScene scene) noexcept {
   const std::lock_guard lock(state().mutex);
   state().dereference(scene);
 }
-void release(RTCGeometry geometry) {
+void release(RTCGeometry geometry) noexcept {
   const std::lock_guard lock(state().mutex);
   state().dereference(geometry);
 }
 
-void attach(RTCScene handle, RTCGeometry geometry, unsigned id) {
+void attach(RTCScene handle, RTCGeometry geometry, unsigned id) noexcept {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   TrackedScene* scene = s.find(handle);
   TrackedGeometry* tracked = s.find(geometry);
   if (!scene) return;
   s.changed(handle);
-  // Embree refuses the second geometry of an id, or the call failed: what the scene holds is not known for certain.
-  if (!tracked || id == RTC_INVALID_GEOMETRY_ID || !scene->attached.emplace(id, geometry).second) {
-    scene->odd = true;
-    return;
-  }
-  ++tracked->references;
-  tracked->scenes.push_back(handle);
+  // Embree refuses the second geometry of an id, the call failed, or memory is short: what the scene holds is not known
+  // for certain.
+  const bool known = without_throwing([&] {
+    if (!tracked || id == RTC_INVALID_GEOMETRY_ID || !scene->attached.emplace(id, geometry).second) return false;
+    ++tracked->references;
+    tracked->scenes.push_back(handle);
+    return true;
+  });
+  if (!known) scene->odd = true;
 }
 
-void detach(RTCScene handle, unsigned id) {
+void detach(RTCScene handle, unsigned id) noexcept {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   TrackedScene* scene = s.find(handle);
@@ -284,7 +309,7 @@ void detach(RTCScene handle, unsigned id) {
   s.leave(handle, geometry);
 }
 
-void set_instanced(RTCGeometry geometry, RTCScene inner) {
+void set_instanced(RTCGeometry geometry, RTCScene inner) noexcept {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   TrackedGeometry* tracked = s.find(geometry);
@@ -295,10 +320,11 @@ void set_instanced(RTCGeometry geometry, RTCScene inner) {
   s.uninstance(geometry);
   if (!scene) return;
   tracked->told.instanced = inner;
-  scene->instances.insert(geometry);
+  const bool known = without_throwing([&] { scene->instances.insert(geometry); });
+  if (!known) tracked->told.odd = true;  // it would not hear of changes
 }
 
-void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change) {
+void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change) noexcept {
   State& s = state();
   const std::lock_guard lock(s.mutex);
   TrackedGeometry* tracked = s.find(geometry);
@@ -308,24 +334,27 @@ void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change) 
   for (const RTCScene scene : tracked->scenes) s.changed(scene);
 }
 
-RTCDevice device_of(RTCScene scene) {
+RTCDevice device_of(RTCScene scene) noexcept {
   const std::lock_guard lock(state().mutex);
   const TrackedScene* tracked = state().find(scene);
   return tracked ? tracked->device : nullptr;
 }
 
-void committed(RTCScene scene, bool failed) {
-  if (!settings().reads_meshes()) return;
-  uint64_t changes = 0;
-  const auto reads = begin_view(scene, failed, changes);
-  if (!reads) return;
-  try {
-    make_view(scene, changes, *reads);
-  } catch (const std::bad_alloc&) {
-    std::fprintf(stderr, "libvcd_embree3: out of memory\n");
-  }
+RTCDevice device_of(RTCGeometry geometry) noexcept {
   const std::lock_guard lock(state().mutex);
-  if (TrackedScene* tracked = state().find(scene)) tracked->is_read = false;
+  const TrackedGeometry* tracked = state().find(geometry);
+  return tracked ? tracked->device : nullptr;
+}
+
+void committed(RTCScene scene, bool failed) noexcept {
+  without_throwing([&] {
+    if (!settings().reads_meshes()) return;
+    uint64_t changes = 0;
+    const auto reads = begin_view(scene, failed, changes);
+    if (!reads) return;
+    const ReadsEnd at_end{scene};
+    make_view(scene, changes, *reads);
+  });
 }
 
 }  // namespace vcd::preload

@@ -1,4 +1,5 @@
-// What the program told Embree of its scenes and geometries. All functions may be called from any thread.
+// What the program told Embree of its scenes and geometries. All functions may be called from any thread. None
+// throws: where memory is short, Embree answers.
 //
 // A scene has a view (view.h) from the end of its commit until anything in it changes, itself or an instanced scene.
 // A view that is withdrawn is kept until the scene's next commit or its end: threads may be in the middle of it, as
@@ -24,22 +25,24 @@ struct Geometry {
   bool odd = false;  // it has something that is not looked into
 };
 
-void add_scene(RTCScene scene, RTCDevice device);
-void add_geometry(RTCGeometry geometry, RTCGeometryType type);
-void retain(RTCScene scene);
-void retain(RTCGeometry geometry);
+void add_scene(RTCScene scene, RTCDevice device) noexcept;
+void add_geometry(RTCGeometry geometry, RTCDevice device, RTCGeometryType type) noexcept;
+void retain(RTCScene scene) noexcept;
+void retain(RTCGeometry geometry) noexcept;
 // Before Embree is told, since another thread may get the address of what ends.
-void release(RTCScene scene);
-void release(RTCGeometry geometry);
-void attach(RTCScene scene, RTCGeometry geometry, unsigned id);
-void detach(RTCScene scene, unsigned id);
-void set_instanced(RTCGeometry geometry, RTCScene scene);
+void release(RTCScene scene) noexcept;
+void release(RTCGeometry geometry) noexcept;
+void attach(RTCScene scene, RTCGeometry geometry, unsigned id) noexcept;
+void detach(RTCScene scene, unsigned id) noexcept;
+void set_instanced(RTCGeometry geometry, RTCScene scene) noexcept;
 
-// change: to be done to it; the scenes that it is in have no view from now on.
-void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change);
+// change: to be done to it, and must not throw; the scenes that it is in have no view from now on.
+void change(RTCGeometry geometry, const std::function<void(Geometry&)>& change) noexcept;
 
-RTCDevice device_of(RTCScene scene);
+// Null: it is not known.
+RTCDevice device_of(RTCScene scene) noexcept;
+RTCDevice device_of(RTCGeometry geometry) noexcept;
 // After Embree has committed the scene. failed: it could not, so that Embree's answers are not of the scene.
-void committed(RTCScene scene, bool failed);
+void committed(RTCScene scene, bool failed) noexcept;
 
 }  // namespace vcd::preload

@@ -33,12 +33,23 @@ constinit size_t slots_used = 0;
 size_t first_slot(RTCScene scene) { return (reinterpret_cast<uintptr_t>(scene) * 0x9E3779B97F4A7C15u) >> 48; }
 static_assert(kSlots == size_t{1} << (64 - 48));
 
-// The slot of that scene, or the empty one where it would be. There is one, since half of them stay empty.
-Slot& slot_of(RTCScene scene) {
-  for (size_t i = first_slot(scene);; i = (i + 1) % kSlots) {
+// Null: it has none. A slot that is empty when it is looked at may be another scene's at once.
+Slot* slot_of(RTCScene scene) {
+  for (size_t i = first_slot(scene);; i = (i + 1) % kSlots) {  // ends: half of the slots stay empty
     const RTCScene there = slots[i].scene.load(std::memory_order_relaxed);
-    if (there == scene || !there) return slots[i];
+    if (!there) return nullptr;
+    if (there == scene) return &slots[i];
   }
+}
+
+// For a scene that has none; null: there is no room. One thread at a time.
+Slot* claim_slot(RTCScene scene) {
+  if (slots_used == kSlots / 2) return nullptr;
+  ++slots_used;
+  size_t i = first_slot(scene);
+  while (slots[i].scene.load(std::memory_order_relaxed)) i = (i + 1) % kSlots;
+  slots[i].scene.store(scene, std::memory_order_relaxed);
+  return &slots[i];
 }
 
 }  // namespace
@@ -115,19 +126,16 @@ std::unique_ptr<const View> ViewMaker::make(RTCDevice device, RTCScene scene) co
 }
 
 const View* view_of(RTCScene scene) {
-  const Slot& slot = slot_of(scene);
-  return slot.view.load(std::memory_order_acquire);
+  const Slot* slot = slot_of(scene);
+  return slot ? slot->view.load(std::memory_order_acquire) : nullptr;
 }
 
 bool publish(RTCScene scene, const View* view) {
-  Slot& slot = slot_of(scene);
-  if (!slot.scene.load(std::memory_order_relaxed)) {
-    if (!view) return true;
-    if (slots_used == kSlots / 2) return false;
-    ++slots_used;
-    slot.scene.store(scene, std::memory_order_relaxed);
-  }
-  slot.view.store(view, std::memory_order_release);
+  Slot* slot = slot_of(scene);
+  if (!slot && !view) return true;
+  if (!slot) slot = claim_slot(scene);
+  if (!slot) return false;
+  slot->view.store(view, std::memory_order_release);
   return true;
 }
 

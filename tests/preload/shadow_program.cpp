@@ -4,7 +4,9 @@
 //   shadow_program SCENE QUERY
 #include <embree3/rtcore.h>
 
+#include <barrier>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
@@ -13,6 +15,8 @@
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "failing_memory.h"
 
 namespace {
 
@@ -129,6 +133,11 @@ void ask_once(RTCScene scene, Asked& asked) {
   rtcOccluded1(scene, &asked.context, &ray);
 }
 
+void expect_error(RTCDevice device, RTCError expected) {
+  if (const RTCError error = rtcGetDeviceError(device); error != expected)
+    std::fprintf(stderr, "the device's error is %d, not %d\n", error, expected), std::exit(1);
+}
+
 const std::map<std::string, Build> kScenes = {
     {"mesh", [](RTCDevice device, RTCScene scene, Asked&) { add(device, scene, sphere(3)); }},
     {"quads", [](RTCDevice device, RTCScene scene, Asked&) { add(device, scene, sphere(4), 4); }},
@@ -221,6 +230,14 @@ const std::map<std::string, Build> kScenes = {
        ask_once(scene, asked);
        move(geometry, 1.5f);
      }},
+    {"attributes",  // what lies beside the positions changes, which is no change of the mesh
+     [](RTCDevice device, RTCScene scene, Asked& asked) {
+       const RTCGeometry geometry = add(device, scene, sphere(3));
+       ask_once(scene, asked);
+       auto* positions = static_cast<float*>(rtcGetGeometryBufferData(geometry, RTC_BUFFER_TYPE_VERTEX, 0));
+       for (size_t i = 0; i < 25 * 48; ++i) positions[5 * i + 3] = static_cast<float>(i);
+       move(geometry, 0);
+     }},
     {"again",  // addresses come back
      [](RTCDevice device, RTCScene scene, Asked& asked) {
        for (int i = 0; i < 100; ++i) {
@@ -248,6 +265,73 @@ const std::map<std::string, Build> kScenes = {
        });
        rtcCommitGeometry(geometry);
        rtcAttachGeometry(scene, geometry);
+     }},
+    {"two-devices",  // each keeps its own first error
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       const RTCDevice other = rtcNewDevice("threads=1");
+       for (const RTCDevice each : {device, other}) {
+         const RTCScene empty = rtcNewScene(each);
+         rtcNewGeometry(each, static_cast<RTCGeometryType>(77));
+         rtcCommitScene(empty);
+         rtcAttachGeometry(empty, nullptr);
+         rtcCommitScene(empty);
+         rtcReleaseScene(empty);
+       }
+       expect_error(other, RTC_ERROR_UNKNOWN), expect_error(other, RTC_ERROR_NONE);
+       expect_error(device, RTC_ERROR_UNKNOWN), expect_error(device, RTC_ERROR_NONE);
+       rtcReleaseDevice(other);
+       add(device, scene, sphere(3));
+     }},
+    {"refused",  // a buffer that lies askew, and one that is too short: Embree keeps the old ones
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       static const float kAskew[1024] = {};
+       const RTCGeometry geometry = add(device, scene, sphere(3));
+       rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, kAskew, 1, 12, 300);
+       expect_error(device, RTC_ERROR_INVALID_OPERATION), expect_error(device, RTC_ERROR_NONE);
+       const RTCBuffer small = rtcNewBuffer(device, 36);
+       rtcSetGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, small, 0, 12, 100'000'000);
+       expect_error(device, RTC_ERROR_INVALID_ARGUMENT), expect_error(device, RTC_ERROR_NONE);
+       rtcReleaseBuffer(small);
+       rtcCommitGeometry(geometry);
+     }},
+    {"at-once",  // threads commit the same meshes
+     [](RTCDevice device, RTCScene scene, Asked&) {
+       std::barrier together(8);
+       std::vector<std::thread> threads;
+       for (int t = 0; t < 8; ++t)
+         threads.emplace_back([&] {
+           for (int i = 0; i < 20; ++i) {
+             const RTCScene own = rtcNewScene(device);
+             add(device, own, sphere(3, 4.f + static_cast<float>(i)));
+             together.arrive_and_wait();
+             rtcCommitScene(own);
+             rtcReleaseScene(own);
+           }
+         });
+       for (std::thread& thread : threads) thread.join();
+       add(device, scene, sphere(3));
+     }},
+    {"no-memory",  // each time another allocation fails
+     [](RTCDevice device, RTCScene scene, Asked& asked) {
+       ask_once(scene, asked);
+       for (size_t failing = 0; failing < 80; ++failing) {
+         allocations_left = failing;
+         const RTCScene inner = rtcNewScene(device), outer = rtcNewScene(device);
+         const RTCGeometry geometry = add(device, inner, sphere(3));
+         rtcCommitScene(inner);
+         add_instance(device, outer, inner, 0, 1), add(device, outer, sphere(3, 3));
+         rtcCommitScene(outer);
+         allocations_left = SIZE_MAX;
+         move(geometry, 0.5f);
+         rtcCommitScene(inner);
+         for (size_t i = 0; i < 64; ++i) {
+           RTCRay ray = asked.rays[i];
+           rtcOccluded1(outer, &asked.context, &ray);
+           std::putchar(ray.tfar == kBlocked ? '1' : '0');
+         }
+         rtcReleaseScene(outer), rtcReleaseScene(inner);
+       }
+       add(device, scene, sphere(3));
      }},
     {"far",
      [](RTCDevice device, RTCScene scene, Asked& asked) { add(device, scene, sphere(3)), asked.rays = rays(1000); }},

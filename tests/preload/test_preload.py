@@ -15,7 +15,7 @@ REPORT = re.compile(r"libvcd_embree3: (?P<meshes>\d+) meshes: (?P<with_sidecar>\
                     r"libvcd_embree3: (?P<asked>\d+) shadow rays: (?P<clear>\d+) clear, (?P<blocked>\d+) blocked; clear of "
                     r"sidecars, the rest traced by Embree: (?P<rest>\d+); traced by Embree: (?P<unclassified>\d+) unclassified, "
                     r"(?P<held_back>\d+) blocked unless a filter or mask says no, "
-                    r"(?P<not_looked_up>\d+) since look-ups cost more, (?P<other>\d+) in scenes without sidecars\n")
+                    r"(?P<not_looked_up>\d+) since look-ups cost more, (?P<other>\d+) in scenes without sidecars or by rtcOccludedNp\n")
 
 
 def run(scene, query, program="shadow_program", preload=True, **variables):
@@ -61,7 +61,7 @@ class Preload(unittest.TestCase):
                     self.assertGreater(report["blocked"], 200 if scene != "far" else 20)
 
     def test_scenes_that_are_answered(self):
-        for scene in ("quads", "two", "disabled", "detached", "again"):
+        for scene in ("quads", "two", "disabled", "detached", "again", "two-devices"):
             with self.subTest(scene=scene):
                 report = self.compare(scene, "1")
                 self.assertGreater(report["clear"], 200)
@@ -95,6 +95,18 @@ class Preload(unittest.TestCase):
                 self.assertEqual(report["clear"], 0)
                 self.assertGreater(report["rest"], 200)
                 self.assertGreater(report["blocked"], 100)
+
+    def test_buffers_that_embree_refuses_are_not_read(self):
+        self.assertEqual(self.compare("refused", "1")["other"], 4096)
+
+    def test_what_lies_beside_positions_is_not_read(self):
+        self.assertEqual(self.compare("attributes", "1")["meshes"], 1)
+
+    def test_a_lack_of_memory_is_told_and_harms_nothing(self):
+        expected, _ = run("no-memory", "1", preload=False)
+        answers, text = run("no-memory", "1", VCD_SIDECARS=self.sidecars)
+        self.assertEqual(answers, expected)
+        self.assertIn("bad_alloc", text)
 
     def test_hierarchies_decide_the_rest_if_wanted(self):
         for scene in ("mesh", "instances"):
@@ -131,6 +143,12 @@ class Preload(unittest.TestCase):
         _, report = run("moved", "1", VCD_SIDECARS=self.sidecars, VCD_EXPORT=exported)
         self.assertEqual((report["meshes"], report["with_sidecar"], report["exported"]), (2, 1, 1))
         self.assertEqual([file.suffix for file in exported.iterdir()], [".ply"])
+
+    def test_threads_that_export_the_same_mesh_do_not_meet(self):
+        exported = self.folder / "at-once"
+        _, report = run("at-once", "1", VCD_EXPORT=exported)
+        self.assertIsInstance(report, dict, report)
+        self.assertEqual([file.suffix for file in exported.iterdir()], [".ply"] * 21)
 
     def test_a_folder_that_is_missing_is_told_and_harms_nothing(self):
         expected, _ = run("mesh", "1", preload=False)
