@@ -15,6 +15,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1] / "tools" / "lab" / "report")]
 import report_case  # noqa: E402
 from dominance_case import Dominance  # noqa: E402, F401
 from files_case import Files  # noqa: E402, F401
+from paths_case import Paths  # noqa: E402, F401
 from refusals_case import Refusals  # noqa: E402, F401
 from stability_case import Stability  # noqa: E402, F401
 
