@@ -199,9 +199,10 @@ class PaperRun(Case):
         self.assertEqual((self.out / "results.json").read_bytes(), before)
 
     def test_demands_are_asked_by_other_cameras_and_under_other_lights(self):
-        done = self.run_program("vc-bench", "demand", f"leaves={self.leaves}", "--size", "12x8", "--repetitions", 1, "--budget-mb", 0.1, "--depth", 3,
-                                "--proven-only", "--judged", 1000, "--format", "json", "-q", "-o", self.out)
-        report = json.loads(done.stdout)
+        command = ("vc-bench", "demand", f"leaves={self.leaves}", "--size", "12x8", "--repetitions", 1, "--budget-mb", 0.1, "--depth", 3,
+                   "--proven-only", "--judged", 1000, "-q", "-o", self.out)
+        report = json.loads(self.run_program(*command, "--format", "json").stdout)
+        self.assertRegex(self.run_program(*command).stdout, r"lights alone, proven +0 of \d+ answers wrong, of \d{4,} segments")
         names = [s["name"] for s in report["sidecars"]]
         self.assertEqual(names, [f"{source}, proven" for source in ("any scene", "one camera", "three cameras", "lights alone")])
         self.assertTrue(all(s["file_bytes"] <= 0.1 * 2**20 for s in report["sidecars"][1:]))

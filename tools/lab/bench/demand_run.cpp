@@ -368,6 +368,12 @@ void print(const Json& report) {
           100 * s["left_share"].get<double>(), 100 * s["answered_of_box"].get<double>(),
           s["wrong"].get<unsigned long long>(), s["judged"].get<unsigned long long>());
   }
+  if (report["judged"].is_null()) return;
+  std::printf("judged exactly, of further pictures of the same camera\n");
+  for (const Json& s : report["judged"])
+    std::printf("  %-32s %llu of %llu answers wrong, of %llu segments\n", s["name"].get<std::string>().c_str(),
+                s["wrong"].get<unsigned long long>(), s["answered"].get<unsigned long long>(),
+                s["segments"].get<unsigned long long>());
 }
 
 }  // namespace
