@@ -11,13 +11,13 @@ namespace {
 using library::share_out;
 
 TEST(ShareOut, BytesGoWhereTheyAreWorthMost) {
-  // Of the first object 100 bytes are worth 5 each and 100 more 1; of the second, 300 are worth 2.
-  const std::vector<library::WantedBytes> wanted = {{10, {{0, 5}, {100, 1}, {200, 0}}}, {20, {{50, 2}, {350, 0}}}};
+  // Of the first object 100 bytes are worth 5 each and 100 more 1; of the second, 300 are worth 6.
+  const std::vector<library::WantedBytes> wanted = {{10, {{0, 5}, {100, 1}, {200, 0}}}, {20, {{50, 6}, {350, 0}}}};
   using Shares = std::vector<uint64_t>;
   EXPECT_EQ(share_out(29, wanted), std::nullopt);
   EXPECT_EQ(share_out(30, wanted), (Shares{10, 20}));
-  EXPECT_EQ(share_out(110, wanted), (Shares{90, 20}));
-  EXPECT_EQ(share_out(230, wanted), (Shares{110, 120}));
+  EXPECT_EQ(share_out(110, wanted), (Shares{10, 100}));
+  EXPECT_EQ(share_out(380, wanted), (Shares{60, 320}));
   EXPECT_EQ(share_out(480, wanted), (Shares{160, 320}));
   EXPECT_EQ(share_out(100000, wanted), (Shares{210, 320}));
 }

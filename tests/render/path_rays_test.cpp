@@ -75,6 +75,20 @@ TEST(PathRays, AreTheSameAgainAndOthersWithAnotherSeed) {
   EXPECT_NE(segments(1), segments(2));
 }
 
+TEST(PathRays, CarryLightThatEachSurfaceHasColoured) {
+  World white = several_instances(), half = several_instances();
+  for (auto [world, colour] : {std::pair(&white, 1.0f), std::pair(&half, 0.5f)}) {
+    world->ground_colour = Vec3{colour, colour, colour};
+    for (WorldObject& object : world->objects) object.colour = world->ground_colour;
+  }
+  const std::vector<PathRay> rays = trace_paths(white, {400, 4, 1}), darker = trace_paths(half, {400, 4, 1});
+  ASSERT_EQ(rays.size(), darker.size());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    EXPECT_GT(rays[i].light.x, 0);
+    EXPECT_EQ(darker[i].light.x, std::ldexp(rays[i].light.x, -static_cast<int>(rays[i].bounce)));
+  }
+}
+
 TEST(PathRays, OfFewerBouncesAreTheFirstOfEachPath) {
   const World world = one_object();
   for (const PathRay& ray : trace_paths(world, {400, 1, 1})) EXPECT_EQ(ray.bounce, 1u);

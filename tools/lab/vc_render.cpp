@@ -7,7 +7,6 @@
 
 #include "common/describe.h"
 #include "common/progress.h"
-#include "picture_options.h"
 #include "render/census.h"
 #include "render/false_colour.h"
 #include "render/faults.h"
@@ -15,6 +14,7 @@
 #include "render/recorded.h"
 #include "render/recording.h"
 #include "render/sidecars.h"
+#include "vc_render_options.h"
 
 namespace {
 
@@ -129,7 +129,7 @@ class Program {
       return Error{ErrorCode::usage, paths[0] + ": without a hierarchy of triangles, which " +
                                          (options_.paths == Paths::none ? "--behind hierarchy" : "--paths") +
                                          " needs; bake it again without --no-hierarchy"};
-    if (options_.paths != Paths::none) sidecar_paths_.emplace(*world_, sidecars_->objects, true);
+    if (options_.paths != Paths::none) answers_.emplace(*world_, sidecars_->objects, true);
     return std::nullopt;
   }
 
@@ -149,7 +149,7 @@ class Program {
 
   std::unique_ptr<PathCaster> path_caster(const std::string& name, EmbreeQuery way) const {
     if (name == "bvh") return std::make_unique<BvhPaths>(*world_, way);
-    return std::make_unique<HierarchyPaths>(*sidecar_paths_, options_.path_picture.wavefronts);
+    return std::make_unique<HierarchyPaths>(*answers_, options_.path_picture.wavefronts);
   }
 
   // draw(hooks) -> Result<Rendered>.
@@ -340,7 +340,7 @@ class Program {
   std::optional<World> world_;
   TemporaryFile temporary_;
   std::optional<WorldSidecars> sidecars_;
-  std::optional<SidecarPaths> sidecar_paths_;
+  std::optional<SidecarPaths> answers_;  // to shadow rays of paths
   std::optional<TestCounter> counter_;
   std::vector<Variant> variants_;
   std::vector<std::string> files_;

@@ -1,4 +1,4 @@
-#include "picture_options.h"
+#include "vc_render_options.h"
 
 #include <algorithm>
 #include <cstdio>
