@@ -134,10 +134,6 @@ Result<AskedHorizons> horizons_if_asked(const PreparedMesh& mesh, const Hierarch
 
 uint64_t tree_budget(uint64_t file_bytes) { return file_bytes - std::min(file_bytes, kBytesBesideTree); }
 
-uint64_t tree_bytes(const TreeView& tree) {
-  return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
-}
-
 // The options of the passes behind these: what they take is not theirs.
 BakeOptions without_bytes(BakeOptions options, uint64_t bytes) {
   if (options.budget_bytes > 0) options.budget_bytes -= bytes;
@@ -147,9 +143,7 @@ BakeOptions without_bytes(BakeOptions options, uint64_t bytes) {
 // An error if not even a tree in which everything is uniform fits what the hierarchy leaves of the budget.
 std::optional<Error> check_budget(const PreparedMesh& mesh, uint32_t depth, uint64_t budget_bytes,
                                   const Hierarchy& hierarchy) {
-  const TreeShape shape = tree_shape(depth);
-  const uint64_t least =
-      shape.bytes(shape.has_blocks256 ? kUniformBlocks : 0, shape.has_blocks16 ? kUniformBlocks : 0, kUniformBlocks);
+  const uint64_t least = tree_shape(depth).least_bytes();
   if (budget_bytes == 0 || least <= tree_budget(budget_bytes)) return std::nullopt;
   return Error{ErrorCode::usage, place_of(mesh) + ": a sidecar of depth " + std::to_string(depth) + " takes " +
                                      std::to_string(least + kBytesBesideTree + hierarchy.bytes()) +
@@ -360,7 +354,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
                                    : classify_cells(grid, *classifier.cells, depth, options, deadline);
   if (!classified) return classified.error();
   depth = classified->octree.tree.depth;
-  const uint64_t bytes = tree_bytes(classified->octree.tree.view());
+  const uint64_t bytes = classified->octree.tree.view().bytes();
   Demoted demoted = demote_to_budget(std::move(classified->octree.tree), options);
   const TreeStatistics counts = measure_tree(demoted.tree.view());
   clearances = clearances_if_blocked(grid, counts, std::move(clearances), options);

@@ -102,7 +102,7 @@ uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLin
     const std::vector<Step> steps = steps_of(depth);
     double bytes = static_cast<double>(budget_bytes) - static_cast<double>(tree_shape(depth).top_bytes());
     for (size_t i = 0; i + 1 < steps.size(); ++i)
-      bytes -= look_at(classifier, lines, top, steps[i].from, workspaces).count() * steps[i].block_bytes;
+      bytes -= look_at(classifier, lines, top, steps[i].from, workspaces).count() * kBlockBytes;
     if (bytes < 0) continue;
     const double left = left_by_bricks(look_at(classifier, lines, top, steps.back().from, workspaces), bytes);
     if (left <= (1 - kWorthALevel) * least) best = depth, least = left;

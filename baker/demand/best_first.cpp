@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 // Cells that are divided at once, before the next are chosen. Not the number of threads: results would depend on it.
 constexpr size_t kBatch = 1024;
 
-// What a brick must be expected to be asked of all weight, and a larger block for its bytes: else it is not worth them.
+// What a block must be expected to be asked of all weight: else it is not worth its bytes.
 constexpr double kLeastWeight = 0x1p-26;
 
 class Divider {
@@ -31,7 +31,7 @@ class Divider {
     bytes_ = bytes_of(result_.cells);
     double weight = 0;
     for (const AskedLine& line : lines) weight += line.weight;
-    least_weight_a_byte_ = kLeastWeight * weight / kBrickBytes;
+    least_weight_ = kLeastWeight * weight;
     costs_.resize(steps().size());
     queues_.resize(steps().size());
     for (uint32_t i = 0; i < kUniformBlocks; ++i) bricks_.intern(pattern(i).data());
@@ -100,8 +100,6 @@ class Divider {
   }
 
   const std::vector<Step>& steps() const { return result_.cells.steps(); }
-  // What is worth its bytes just so: it comes after all that is asked.
-  double least_weight(size_t step) const { return least_weight_a_byte_ * steps()[step].block_bytes; }
   // Whether all cells are divided by the step, asked or not: before all others.
   bool everywhere(size_t step) const { return steps()[step].to <= options_.depth_elsewhere; }
   // Cells of the top table that nobody asks for and that are divided all the same.
@@ -111,7 +109,7 @@ class Divider {
     result_.cells.for_top([&](const Cell& cell) {
       const bool divided =
           classifier_.divides(cell) || (everywhere(0) && result_.cells.class_on_top(cell) == kUnclassified);
-      if (divided && !asked.contains(cell_in_keys(cell))) queues_[0].push({cell, 0, 0, least_weight(0)});
+      if (divided && !asked.contains(cell_in_keys(cell))) queues_[0].push({cell, 0, 0, least_weight_});
     });
   }
   static BrickWords pattern(uint32_t value) {
@@ -132,7 +130,7 @@ class Divider {
 
   // What a block of the step takes of the budgets.
   double cost(size_t step) const {
-    const double share = static_cast<double>(steps()[step].block_bytes) / static_cast<double>(options_.budget_bytes);
+    const double share = static_cast<double>(kBlockBytes) / static_cast<double>(options_.budget_bytes);
     if (options_.deadline == Clock::time_point::max() || costs_[step].blocks == 0) return share;
     const std::chrono::duration<double> time = options_.deadline - start_;
     return share + costs_[step].seconds / static_cast<double>(costs_[step].blocks) / time.count();
@@ -145,7 +143,7 @@ class Divider {
     for (size_t s = 0; s < steps().size() && everywhere(s); ++s)
       if (!queues_[s].empty()) return s;
     for (size_t s = 0; s < steps().size(); ++s) {
-      if (queues_[s].empty() || queues_[s].top().weight < least_weight(s)) continue;
+      if (queues_[s].empty() || queues_[s].top().weight < least_weight_) continue;
       const double worth = queues_[s].top().weight / cost(s);
       if (worth > most) best = s, most = worth;
     }
@@ -179,7 +177,7 @@ class Divider {
       queues_[*best].pop();
     }
     if (!jobs.empty() && !everywhere(jobs.back().step))
-      result_.worth.push_back({bytes_, jobs.back().asked.weight / steps()[jobs.back().step].block_bytes});
+      result_.worth.push_back({bytes_, jobs.back().asked.weight / kBlockBytes});
     return jobs;
   }
 
@@ -246,8 +244,7 @@ class Divider {
   }
   // The inner blocks of the steps before `end` that hold the cell: those that are not paid yet.
   void pay_inner_blocks(size_t end, const Cell& cell) {
-    while (end-- > 0 && paid_.insert(cell_key(above(cell, steps()[end].from))).second)
-      bytes_ += steps()[end].block_bytes;
+    while (end-- > 0 && paid_.insert(cell_key(above(cell, steps()[end].from))).second) bytes_ += kBlockBytes;
   }
   // True if the tree takes notably less than was reckoned, because blocks are equal. These may differ once something
   // below them is divided: all are reckoned as new again.
@@ -259,8 +256,8 @@ class Divider {
     return true;
   }
   uint64_t bytes_at_most(size_t step, const Cell& cell) const {
-    uint64_t bytes = steps()[step].block_bytes;
-    while (step-- > 0 && !paid_.contains(cell_key(above(cell, steps()[step].from)))) bytes += steps()[step].block_bytes;
+    uint64_t bytes = kBlockBytes;
+    while (step-- > 0 && !paid_.contains(cell_key(above(cell, steps()[step].from)))) bytes += kBlockBytes;
     return bytes;
   }
 
@@ -290,7 +287,7 @@ class Divider {
       if (classes[i] != kDeeper) continue;
       const Cell cell = steps()[job.step].cell(job.asked.cell, i);
       const bool divided = everywhere(job.step + 1) || classifier_.divides(cell);
-      const double least = divided ? least_weight(job.step + 1) : 0;
+      const double least = divided ? least_weight_ : 0;
       if (const double of_it = std::max(of_each_other, least); of_it > 0)
         queues_[job.step + 1].push({cell, 0, 0, of_it});
     }
@@ -312,10 +309,10 @@ class Divider {
   Workspaces workspaces_;
   std::vector<std::priority_queue<Asked>> queues_;  // of each step
   std::vector<Cost> costs_;
-  BrickPool bricks_;                   // equal ones take their bytes once
+  BlockPool bricks_;                   // equal ones take their bytes once
   std::unordered_set<uint64_t> paid_;  // cells whose inner blocks are among the bytes
   uint64_t bytes_ = 0;                 // that the tree takes at most
-  double least_weight_a_byte_;         // of a block
+  double least_weight_;                // of a block that is just worth its bytes: it comes after all that is asked
 };
 
 }  // namespace

@@ -20,8 +20,7 @@ class Blocks {
 
   uint64_t bytes() const {
     uint64_t sum = tree_shape(divided_.steps().back().to).top_bytes();
-    for (size_t i = 0; i < of_step_.size(); ++i)
-      sum += (kUniformBlocks + 1 + of_step_[i].size()) * divided_.steps()[i].block_bytes;
+    for (const auto& blocks : of_step_) sum += (kUniformBlocks + 1 + blocks.size()) * kBlockBytes;
     return sum;
   }
 

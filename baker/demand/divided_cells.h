@@ -13,10 +13,9 @@
 
 namespace vcd::baker {
 
-// Cells of level `from` are divided into those of level `to` by one block of the tree.
+// Cells of level `from` are divided into those of level `to` by one block or brick of the tree, of kBlockBytes.
 struct Step {
   uint32_t from, to;
-  uint32_t block_bytes;
 
   uint32_t children() const { return 1u << (4 * (to - from)); }
   // Where a cell of level `to` stands in its block.
@@ -34,14 +33,9 @@ inline std::vector<Step> steps_of(uint32_t depth) {
   assert(depth >= 2 && depth <= kMaxDepth);
   const TreeShape shape = tree_shape(depth);
   std::vector<Step> steps;
-  uint32_t level = shape.top_levels;
-  const auto add = [&](uint32_t levels, size_t bytes) {
-    steps.push_back({level, level + levels, static_cast<uint32_t>(bytes)});
-    level += levels;
-  };
-  if (shape.has_blocks256) add(2, kBlock256Words * 4);
-  if (shape.has_blocks16) add(1, kBlock16Words * 4);
-  add(2, kBrickBytes);
+  const uint32_t brick_level = shape.levels - 2;
+  for (uint32_t level = shape.top_levels; level < brick_level; ++level) steps.push_back({level, level + 1});
+  steps.push_back({brick_level, shape.levels});
   return steps;
 }
 

@@ -45,20 +45,13 @@ std::optional<uint32_t> KnownCells::all_of(const Cell& cell) const {
     level += bits;
     return differ ? std::nullopt : same;
   };
-  struct Pool {
-    const uint32_t* words;
-    uint32_t bits;
-  };
-  const Pool pools[] = {{tree.blocks256, tree.shape.has_blocks256 ? 2u : 0u},
-                        {tree.blocks16, tree.shape.has_blocks16 ? 1u : 0u}};
   auto found =
       step([&](uint32_t i) { return tree.top[cell.pair << (4 * tree.shape.top_levels) | i]; }, tree.shape.top_levels);
-  for (const Pool& pool : pools) {
+  for (uint32_t k = 0; k < tree.shape.block_levels; ++k) {
     if (!found || *found < kUniformBlocks) return found;
-    if (pool.bits == 0) continue;
     if (cell.level < level) return std::nullopt;
     index = *found;
-    found = step([&](uint32_t i) { return pool.words[(size_t{index} << (4 * pool.bits)) + i]; }, pool.bits);
+    found = step([&](uint32_t i) { return tree.blocks[k][size_t{index} * kBlockWords + i]; }, 1);
   }
   if (!found || *found < kUniformBlocks) return found;
   if (cell.level < level) {  // above the bricks, all one brick: it may be blocked by statistics as a whole

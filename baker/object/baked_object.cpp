@@ -64,8 +64,7 @@ void describe_classification(const Classification& how, ObjectRecord& record) {
 void describe_tree(const TreeView& tree, const TreeStatistics& counts, ObjectRecord& record) {
   std::copy_n(counts.cells.begin(), 3, record.cells);
   record.statistical_cells = counts.cells[kStatisticallyBlocked];
-  record.block256_count = tree.block256_count;
-  record.block16_count = tree.block16_count;
+  record.block_counts = tree.block_counts;
   record.brick_count = tree.brick_count;
   record.nodes_unfolded = counts.nodes_unfolded;
   record.nodes_folded = counts.nodes_folded;

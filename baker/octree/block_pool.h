@@ -11,22 +11,23 @@
 
 namespace vcd::baker {
 
-// A pool of blocks of kWords 32-bit words. Equal blocks get equal indices, in the order in which they first come.
-template <size_t kWords>
+static_assert(kBlockBytes == kBrickBytes);
+
+// A pool of blocks or bricks. Equal blocks get equal indices, in the order in which they first come.
 class BlockPool {
  public:
-  // Returns the block's index and stores it if it is new. words: kWords of them.
+  // Returns the block's index and stores it if it is new. words: kBlockWords of them.
   uint32_t intern(const uint32_t* words) {
     if (2 * (count() + 1) > slots_.size()) grow();
     uint32_t& slot = find(words);
     if (slot == kEmpty) {
       slot = static_cast<uint32_t>(count());
-      words_.insert(words_.end(), words, words + kWords);
+      words_.insert(words_.end(), words, words + kBlockWords);
     }
     return slot;
   }
 
-  uint64_t count() const { return words_.size() / kWords; }
+  uint64_t count() const { return words_.size() / kBlockWords; }
   const uint32_t* data() const { return words_.data(); }
 
   // Gives the words away and forgets the look-up table.
@@ -40,22 +41,18 @@ class BlockPool {
 
   uint32_t& find(const uint32_t* words) {
     const size_t mask = slots_.size() - 1;
-    size_t at = XXH3_64bits(words, kWords * 4) & mask;
-    while (slots_[at] != kEmpty && std::memcmp(&words_[size_t{slots_[at]} * kWords], words, kWords * 4) != 0)
+    size_t at = XXH3_64bits(words, kBlockBytes) & mask;
+    while (slots_[at] != kEmpty && std::memcmp(&words_[size_t{slots_[at]} * kBlockWords], words, kBlockBytes) != 0)
       at = (at + 1) & mask;
     return slots_[at];
   }
   void grow() {
     slots_.assign(slots_.empty() ? 1024 : 2 * slots_.size(), kEmpty);
-    for (uint32_t i = 0; i < count(); ++i) find(&words_[size_t{i} * kWords]) = i;
+    for (uint32_t i = 0; i < count(); ++i) find(&words_[size_t{i} * kBlockWords]) = i;
   }
 
   std::vector<uint32_t> words_;
   std::vector<uint32_t> slots_;  // open addressing, at most half full
 };
-
-using Block16Pool = BlockPool<kBlock16Words>;
-using Block256Pool = BlockPool<kBlock256Words>;
-using BrickPool = BlockPool<kBrickBytes / 4>;
 
 }  // namespace vcd::baker

@@ -5,11 +5,10 @@
 namespace vcd::baker {
 namespace {
 
-template <size_t kWords>
-void intern_uniform(BlockPool<kWords>& pool, uint32_t step) {
-  uint32_t words[kWords];
+void intern_uniform(BlockPool& pool, uint32_t step) {
+  uint32_t words[kBlockWords];
   for (uint32_t i = 0; i < kUniformBlocks; ++i) {
-    std::fill_n(words, kWords, i * step);
+    std::fill_n(words, kBlockWords, i * step);
     pool.intern(words);
   }
 }
@@ -20,20 +19,19 @@ TreeView TreeArrays::view() const {
   TreeView tree;
   tree.shape = shape;
   tree.top = top.data();
-  tree.blocks256 = blocks256.data();
-  tree.blocks16 = blocks16.data();
+  for (uint32_t k = 0; k < shape.block_levels; ++k) {
+    tree.blocks[k] = blocks[k].data();
+    tree.block_counts[k] = static_cast<uint32_t>(blocks[k].size() / kBlockWords);
+  }
   tree.bricks = reinterpret_cast<const uint8_t*>(bricks.data());
-  tree.block256_count = blocks256.size() / kBlock256Words;
-  tree.block16_count = blocks16.size() / kBlock16Words;
-  tree.brick_count = bricks.size() * 4 / kBrickBytes;
+  tree.brick_count = static_cast<uint32_t>(bricks.size() * 4 / kBrickBytes);
   return tree;
 }
 
 DagBuilder::DagBuilder(uint32_t depth) : depth_(depth), shape_(tree_shape(depth)) {
   top_.reserve(shape_.top_bytes() / 4);
   intern_uniform(bricks_, 0x55555555u);
-  if (shape_.has_blocks16) intern_uniform(blocks16_, 1);
-  if (shape_.has_blocks256) intern_uniform(blocks256_, 1);
+  for (uint32_t k = 0; k < shape_.block_levels; ++k) intern_uniform(blocks_[k], 1);
 }
 
 uint32_t DagBuilder::intern_brick(const Subtree& subtree, uint32_t brick) {
@@ -48,29 +46,18 @@ uint32_t DagBuilder::intern_brick(const Subtree& subtree, uint32_t brick) {
   return bricks_.intern(kAllStatisticallyBlocked.data());
 }
 
-uint32_t DagBuilder::intern_block16(const Subtree& subtree, uint32_t first) {
-  uint32_t words[kBlock16Words];
-  for (uint32_t i = 0; i < kBlock16Words; ++i) words[i] = intern_brick(subtree, first + i);
-  return blocks16_.intern(words);
-}
-
-uint32_t DagBuilder::intern_below_top(const Subtree& subtree, uint32_t first) {
-  return shape_.has_blocks16 ? intern_block16(subtree, first) : intern_brick(subtree, first);
+// What one word above that level refers to. first: of its bricks.
+uint32_t DagBuilder::intern_block(const Subtree& subtree, uint32_t level, uint32_t first) {
+  if (level == shape_.block_levels) return intern_brick(subtree, first);
+  const uint32_t step = 1u << (4 * (shape_.block_levels - level - 1));
+  uint32_t words[kBlockWords];
+  for (uint32_t i = 0; i < kBlockWords; ++i) words[i] = intern_block(subtree, level + 1, first + i * step);
+  return blocks_[level].intern(words);
 }
 
 void DagBuilder::append(const Subtree& subtree) {
-  if (subtree.all) {
-    top_.push_back(*subtree.all);  // the index of the uniform block, in each pool
-    return;
-  }
-  if (!shape_.has_blocks256) {
-    top_.push_back(intern_below_top(subtree, 0));
-    return;
-  }
-  uint32_t words[kBlock256Words];
-  const uint32_t step = static_cast<uint32_t>(subtree.bricks.size() / kBlock256Words);
-  for (uint32_t i = 0; i < kBlock256Words; ++i) words[i] = intern_below_top(subtree, i * step);
-  top_.push_back(blocks256_.intern(words));
+  // A class is the index of its uniform block, in each pool.
+  top_.push_back(subtree.all ? *subtree.all : intern_block(subtree, 0, 0));
 }
 
 TreeArrays DagBuilder::take() {
@@ -79,8 +66,7 @@ TreeArrays DagBuilder::take() {
   arrays.shape = shape_;
   arrays.top = std::move(top_);
   arrays.top.resize(shape_.top_bytes() / 4);  // spare slot and padding: zeros
-  arrays.blocks256 = blocks256_.take();
-  arrays.blocks16 = blocks16_.take();
+  for (uint32_t k = 0; k < kMostBlockLevels; ++k) arrays.blocks[k] = blocks_[k].take();
   arrays.bricks = bricks_.take();
   return arrays;
 }

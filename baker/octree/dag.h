@@ -1,6 +1,7 @@
 // Subtrees → the tree that is written: every block once.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -15,8 +16,9 @@ namespace vcd::baker {
 struct TreeArrays {
   uint32_t depth = 0;
   TreeShape shape{};
-  std::vector<uint32_t> top;  // with spare slot and padding
-  std::vector<uint32_t> blocks256, blocks16, bricks;
+  std::vector<uint32_t> top;                                   // with spare slot and padding
+  std::array<std::vector<uint32_t>, kMostBlockLevels> blocks;  // empty beyond shape.block_levels
+  std::vector<uint32_t> bricks;
 
   TreeView view() const;
 };
@@ -30,15 +32,13 @@ class DagBuilder {
 
  private:
   uint32_t intern_brick(const Subtree& subtree, uint32_t brick);
-  uint32_t intern_below_top(const Subtree& subtree, uint32_t first);
-  uint32_t intern_block16(const Subtree& subtree, uint32_t first);
+  uint32_t intern_block(const Subtree& subtree, uint32_t level, uint32_t first);
 
   uint32_t depth_;
   TreeShape shape_;
   std::vector<uint32_t> top_;
-  Block256Pool blocks256_;
-  Block16Pool blocks16_;
-  BrickPool bricks_;
+  std::array<BlockPool, kMostBlockLevels> blocks_;
+  BlockPool bricks_;
 };
 
 // The tree of a depth in which every cell is unclassified.

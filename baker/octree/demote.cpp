@@ -41,31 +41,29 @@ uint32_t common_word(uint32_t a, uint32_t b) {
   return (a & ~(differ * 3)) | differ << 1 | (a & b & differ);
 }
 
-struct Level {  // 0: bricks; above: the kinds of blocks that the shape has, lowest first
+struct Level {  // 0: bricks; above: the levels of blocks that the shape has, lowest first
   std::vector<uint32_t> words;
-  uint32_t width;
   uint64_t cells;              // that a block stands for
   std::vector<Counts> counts;  // of each block
 
-  size_t size() const { return words.size() / width; }
-  uint64_t block_bytes() const { return width * 4; }
-  const uint32_t* block(size_t index) const { return &words[index * width]; }
+  size_t size() const { return words.size() / kBlockWords; }
+  const uint32_t* block(size_t index) const { return &words[index * kBlockWords]; }
 };
+using Words = std::array<uint32_t, kBlockWords>;
 
 // A tree whose blocks can be compared, joined and replaced.
 class Merger {
  public:
   explicit Merger(TreeArrays&& tree) : depth_(tree.depth), shape_(tree.shape), top_(std::move(tree.top)) {
-    levels_.push_back({std::move(tree.bricks), 16, 256, {}});
-    if (shape_.has_blocks16) levels_.push_back({std::move(tree.blocks16), 16, 16 * levels_.back().cells, {}});
-    if (shape_.has_blocks256) levels_.push_back({std::move(tree.blocks256), 256, 256 * levels_.back().cells, {}});
+    levels_.push_back({std::move(tree.bricks), 256, {}});
+    for (uint32_t k = shape_.block_levels; k-- > 0;)
+      levels_.push_back({std::move(tree.blocks[k]), 16 * levels_.back().cells, {}});
     count();
   }
 
   TreeArrays take() {
-    TreeArrays tree{depth_, shape_, std::move(top_), {}, {}, std::move(levels_[0].words)};
-    for (size_t l = 1; l < levels_.size(); ++l)
-      (levels_[l].width == kBlock16Words ? tree.blocks16 : tree.blocks256) = std::move(levels_[l].words);
+    TreeArrays tree{depth_, shape_, std::move(top_), {}, std::move(levels_[0].words)};
+    for (size_t l = 1; l < levels_.size(); ++l) tree.blocks[levels_.size() - 1 - l] = std::move(levels_[l].words);
     return tree;
   }
 
@@ -102,20 +100,18 @@ class Merger {
     return sum;
   }
 
-  // Of what the levels above leave, 256-way blocks may take 85 %, 16-way ones 55 %, bricks all. Measured; a tenth more
-  // or less changes little.
+  // Of what the levels above leave, a level of blocks may take 55 %, bricks all. Measured; a tenth more or less changes
+  // little.
   uint64_t most_blocks(size_t l, uint64_t budget) const {
     uint64_t least = shape_.top_bytes();
-    for (size_t k = 0; k < levels_.size(); ++k)
-      least += (k > l ? levels_[k].size() : kUniformBlocks) * levels_[k].block_bytes();
-    const uint64_t percent = l == 0 ? 100 : levels_[l].width == kBlock16Words ? 55 : 85;
-    return kUniformBlocks + (budget - std::min(budget, least)) * percent / 100 / levels_[l].block_bytes();
+    for (size_t k = 0; k < levels_.size(); ++k) least += (k > l ? levels_[k].size() : kUniformBlocks) * kBlockBytes;
+    const uint64_t percent = l == 0 ? 100 : 55;
+    return kUniformBlocks + (budget - std::min(budget, least)) * percent / 100 / kBlockBytes;
   }
 
   Counts count_block(size_t l, const uint32_t* words) const {
     Counts sum;
-    for (uint32_t i = 0; i < levels_[l].width; ++i)
-      sum += l == 0 ? count_word(words[i]) : levels_[l - 1].counts[words[i]];
+    for (uint32_t i = 0; i < kBlockWords; ++i) sum += l == 0 ? count_word(words[i]) : levels_[l - 1].counts[words[i]];
     return sum;
   }
   void count() {
@@ -132,7 +128,7 @@ class Merger {
     for (uint32_t slot = 0; slot < shape_.top_words(); ++slot) ++above[top_[slot]];
     for (size_t k = levels_.size() - 1; k > l; --k) {
       std::vector<uint64_t> below(levels_[k - 1].size());
-      for (size_t i = 0; i < levels_[k].words.size(); ++i) below[levels_[k].words[i]] += above[i / levels_[k].width];
+      for (size_t i = 0; i < levels_[k].words.size(); ++i) below[levels_[k].words[i]] += above[i / kBlockWords];
       above.swap(below);
     }
     return above;
@@ -149,10 +145,10 @@ class Merger {
     const uint32_t *p = level.block(a), *q = level.block(b);
     uint64_t sum = 0;
     if (l > 0) {
-      for (uint32_t i = 0; i < level.width; ++i) sum += common_value(l - 1, p[i], q[i]);
+      for (uint32_t i = 0; i < kBlockWords; ++i) sum += common_value(l - 1, p[i], q[i]);
     } else {
       Counts counts;
-      for (uint32_t i = 0; i < level.width; ++i) counts += count_word(common_word(p[i], q[i]));
+      for (uint32_t i = 0; i < kBlockWords; ++i) counts += count_word(common_word(p[i], q[i]));
       sum = counts.value();
     }
     return sum;
@@ -162,17 +158,16 @@ class Merger {
   uint32_t common(size_t l, uint32_t a, uint32_t b) {
     if (a == b) return a;
     if (a == kUnclassified || b == kUnclassified) return kUnclassified;
-    std::array<uint32_t, kBlock256Words> words;
-    const uint32_t width = levels_[l].width;
-    for (uint32_t i = 0; i < width; ++i) {
+    Words words;
+    for (uint32_t i = 0; i < kBlockWords; ++i) {
       const uint32_t x = levels_[l].block(a)[i], y = levels_[l].block(b)[i];
       words[i] = l == 0 ? common_word(x, y) : common(l - 1, x, y);
     }
     for (uint32_t old : {a, b})
-      if (std::equal(words.begin(), words.begin() + width, levels_[l].block(old))) return old;
+      if (std::equal(words.begin(), words.end(), levels_[l].block(old))) return old;
     const uint32_t unclassified = l == 0 ? 2 * kLow : kUnclassified;
-    if (std::count(words.begin(), words.begin() + width, unclassified) == width) return kUnclassified;
-    levels_[l].words.insert(levels_[l].words.end(), words.begin(), words.begin() + width);
+    if (std::ranges::count(words, unclassified) == kBlockWords) return kUnclassified;
+    levels_[l].words.insert(levels_[l].words.end(), words.begin(), words.end());
     levels_[l].counts.push_back(count_block(l, words.data()));
     return static_cast<uint32_t>(levels_[l].size() - 1);
   }
@@ -245,31 +240,23 @@ class Merger {
 
   // Every block once, in the order in which the top table first reaches them, with those of one level replaced.
   void rebuild(size_t level, const std::vector<uint32_t>& replacement) {
-    Block16Pool bricks, blocks16;
-    Block256Pool blocks256;
-    const auto intern = [&](size_t l, const uint32_t* words) {
-      if (l == 0) return bricks.intern(words);
-      return levels_[l].width == kBlock16Words ? blocks16.intern(words) : blocks256.intern(words);
-    };
+    std::vector<BlockPool> pools(levels_.size());
     std::vector<std::vector<uint32_t>> seen(levels_.size());
     for (size_t l = 0; l < levels_.size(); ++l) {
       seen[l].assign(levels_[l].size(), kNew);
-      for (uint32_t i = 0; i < kUniformBlocks; ++i) seen[l][i] = intern(l, levels_[l].block(i));
+      for (uint32_t i = 0; i < kUniformBlocks; ++i) seen[l][i] = pools[l].intern(levels_[l].block(i));
     }
     const auto copy = [&](const auto& self, size_t l, uint32_t index) -> uint32_t {
       if (l == level) index = replacement[index];
       uint32_t& now = seen[l][index];
       if (now != kNew) return now;
-      if (l == 0) return now = intern(l, levels_[l].block(index));
-      std::array<uint32_t, kBlock256Words> words;
-      for (uint32_t i = 0; i < levels_[l].width; ++i) words[i] = self(self, l - 1, levels_[l].block(index)[i]);
-      return now = intern(l, words.data());
+      if (l == 0) return now = pools[l].intern(levels_[l].block(index));
+      Words words;
+      for (uint32_t i = 0; i < kBlockWords; ++i) words[i] = self(self, l - 1, levels_[l].block(index)[i]);
+      return now = pools[l].intern(words.data());
     };
     for (uint32_t slot = 0; slot < shape_.top_words(); ++slot) top_[slot] = copy(copy, levels_.size() - 1, top_[slot]);
-    for (size_t l = 0; l < levels_.size(); ++l)
-      levels_[l].words = l == 0                              ? bricks.take()
-                         : levels_[l].width == kBlock16Words ? blocks16.take()
-                                                             : blocks256.take();
+    for (size_t l = 0; l < levels_.size(); ++l) levels_[l].words = pools[l].take();
     count();
   }
 
@@ -282,9 +269,7 @@ class Merger {
 }  // namespace
 
 Demoted demote_merge(TreeArrays tree, uint64_t budget_bytes, unsigned threads) {
-  const TreeView view = tree.view();
-  if (tree.shape.bytes(view.block256_count, view.block16_count, view.brick_count) <= budget_bytes)
-    return {std::move(tree)};
+  if (tree.view().bytes() <= budget_bytes) return {std::move(tree)};
   return with_threads(threads, [&] {
     Merger merger(std::move(tree));
     const uint64_t before = merger.classified();

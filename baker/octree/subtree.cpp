@@ -23,12 +23,11 @@ class Builder {
  private:
   uint32_t classify(const Cell& cell) { return source_.classify(cell, workspace_); }
 
-  // Where a cell of the brick level stands below its top cell: a 256-way block, then a 16-way block.
+  // Where a cell of the brick level stands below its top cell: from block to block.
   uint32_t brick_index(const Cell& c) const {
-    const TreeShape shape = tree_shape(source_.depth);
     uint32_t index = 0;
-    if (shape.has_blocks256) index = row_major(c.s, c.t, c.u, c.v, shape.has_blocks16 ? 1 : 0, 2);
-    if (shape.has_blocks16) index = index * 16 + row_major(c.s, c.t, c.u, c.v, 0, 1);
+    for (uint32_t low = tree_shape(source_.depth).block_levels; low-- > 0;)
+      index = index * kBlockWords + row_major(c.s, c.t, c.u, c.v, low, 1);
     return index;
   }
 

@@ -86,9 +86,9 @@ class Probe {
     double bricks = depth < 2 ? kFacePairs : levels_[brick_level].undecided - levels_[brick_level].dull[1];
     const LevelSums& seen = levels_[std::min(brick_level, kMostCompared)];
     if (seen.compared > 0) bricks *= 1 - seen.repeated / seen.compared;
-    return shape.bytes(shape.has_blocks256 ? kUniformBlocks + mixed(shape.top_levels) : 0,
-                       shape.has_blocks16 ? kUniformBlocks + mixed(brick_level - 1) : 0,
-                       kUniformBlocks + static_cast<uint64_t>(bricks));
+    uint64_t sum = shape.least_bytes() + static_cast<uint64_t>(bricks) * kBrickBytes;
+    for (uint32_t level = shape.top_levels; level < brick_level; ++level) sum += mixed(level) * kBlockBytes;
+    return sum;
   }
 
  private:

@@ -53,12 +53,10 @@ bool cells_add_up(const ObjectRecord& r) {
 
 // Counts of arrays that the shape has; of method none, those of the tree that stands for it.
 bool pools_fit(const ObjectRecord& r) {
-  const auto fits = [](bool present, uint64_t count) {
-    return present ? count >= kUniformBlocks && count <= kNone : count == 0;
-  };
-  const TreeShape shape = tree_shape(r.depth);
-  return fits(shape.has_blocks256, r.block256_count) && fits(shape.has_blocks16, r.block16_count) &&
-         fits(true, r.brick_count) && (method_of(r) != Method::none || r.brick_count == kUniformBlocks);
+  for (uint32_t k = 0; k < kMostBlockLevels; ++k)
+    if (k < tree_shape(r.depth).block_levels ? r.block_counts[k] < kUniformBlocks : r.block_counts[k] != 0)
+      return false;
+  return r.brick_count >= kUniformBlocks && (method_of(r) != Method::none || r.brick_count == kUniformBlocks);
 }
 
 bool owns(const Reading& reading, uint32_t object, uint32_t section, uint32_t type) {
@@ -76,9 +74,9 @@ bool check_owned_sections(Reading& reading, uint32_t index, const ObjectRecord& 
   if (r.geometry_section != kNone)
     reading.contents.objects[index].geometry = reading.stored(reading.contents.sections[r.geometry_section]);
   if (!has_tree) return true;
-  const uint64_t size = tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
+  const uint64_t size = tree_shape(r.depth).bytes(r.block_counts, r.brick_count);
   return reading.contents.sections[r.tree_section].logical_size == size ||
-         reading.report(FindingId::object_counts, at + offsetof(ObjectRecord, block256_count),
+         reading.report(FindingId::object_counts, at + offsetof(ObjectRecord, block_counts),
                         name + ": its pools need " + std::to_string(size) + " bytes");
 }
 
@@ -105,6 +103,7 @@ bool check_object(Reading& reading, uint32_t index, uint64_t& names_end) {
   if (!method_is_known(r)) return report(FindingId::object_method, offsetof(ObjectRecord, method));
   const uint16_t unknown_flags[] = {static_cast<uint16_t>(r.flags & ~kKnownObjectFlags)};
   bool good = reading.check_reserved(unknown_flags, at + offsetof(ObjectRecord, flags), "flags of an object");
+  good &= reading.check_reserved(r.reserved, at + offsetof(ObjectRecord, reserved), "object");
   if (!audit_is_sound(r)) good = report(FindingId::object_audit, offsetof(ObjectRecord, audit_lines));
   if (!std::all_of(std::begin(r.shift), std::end(r.shift), [](double x) { return std::isfinite(x); }))
     good = report(FindingId::object_shift, offsetof(ObjectRecord, shift));

@@ -23,25 +23,23 @@ struct alignas(64) UnclassifiedTree {
 constexpr UnclassifiedTree kUnclassifiedTree;
 
 // Every word of every block is below `below`; blocks 0, 1, 2 are uniform.
-bool check_pool(Reading& reading, const uint32_t* words, uint64_t words_a_block, uint64_t count, uint64_t below,
-                uint64_t at) {
+bool check_pool(Reading& reading, const uint32_t* words, uint64_t count, uint64_t below, uint64_t at) {
   uint32_t largest = 0;
-  for (uint64_t i = 0; i < count * words_a_block; ++i) largest = std::max(largest, words[i]);
+  for (uint64_t i = 0; i < count * kBlockWords; ++i) largest = std::max(largest, words[i]);
   if (count > 0 && largest >= below)
     return reading.report(FindingId::tree_index, at,
                           "index " + std::to_string(largest) + " of " + std::to_string(below));
-  for (uint64_t i = 0; i < std::min<uint64_t>(count, kUniformBlocks) * words_a_block; ++i)
-    if (words[i] != i / words_a_block) return reading.report(FindingId::tree_uniform, at);
+  for (uint64_t i = 0; i < std::min<uint64_t>(count, kUniformBlocks) * kBlockWords; ++i)
+    if (words[i] != i / kBlockWords) return reading.report(FindingId::tree_uniform, at);
   return true;
 }
 
 // Every index stays inside its pool, and what must be uniform is.
 bool check_bounds(Reading& reading, const TreeView& tree, uint64_t at) {
-  const uint64_t below16 = tree.brick_count;
-  const uint64_t below256 = tree.shape.has_blocks16 ? tree.block16_count : below16;
-  const uint64_t below_top = tree.shape.has_blocks256 ? tree.block256_count : below256;
-  bool good = check_pool(reading, tree.blocks16, kBlock16Words, tree.block16_count, below16, at) &&
-              check_pool(reading, tree.blocks256, kBlock256Words, tree.block256_count, below256, at);
+  uint64_t below_top = tree.brick_count;
+  bool good = true;
+  for (uint32_t k = tree.shape.block_levels; k-- > 0 && good; below_top = tree.block_counts[k])
+    good = check_pool(reading, tree.blocks[k], tree.block_counts[k], below_top, at);
   const uint64_t used = tree.shape.top_words();
   if (const uint32_t largest = *std::max_element(tree.top, tree.top + used); largest >= below_top)
     good =
@@ -80,8 +78,7 @@ bool read_tree(Reading& reading, uint32_t index) {
 
   TreeView& tree = object.tree;
   tree.shape = tree_shape(r.depth);
-  tree.block256_count = r.block256_count;
-  tree.block16_count = r.block16_count;
+  tree.block_counts = r.block_counts;
   tree.brick_count = r.brick_count;
   tree.answers =
       answer_table(r.method == static_cast<uint8_t>(Method::hybrid) ? Trust::statistics : Trust::proofs, classes_in(r));
@@ -90,13 +87,13 @@ bool read_tree(Reading& reading, uint32_t index) {
         mapped_bytes(reading, reading.contents.sections[r.tree_section], "object " + std::to_string(index));
     if (bytes.empty()) return false;  // no tree is of no bytes
     tree.top = reinterpret_cast<const uint32_t*>(bytes.data());
-    tree.blocks256 = tree.top + tree.shape.top_bytes() / 4;
-    tree.blocks16 = tree.blocks256 + tree.block256_count * kBlock256Words;
-    tree.bricks = reinterpret_cast<const uint8_t*>(tree.blocks16 + tree.block16_count * kBlock16Words);
+    const uint32_t* next = tree.top + tree.shape.top_bytes() / 4;
+    for (uint32_t k = 0; k < tree.shape.block_levels; next += size_t{tree.block_counts[k++]} * kBlockWords)
+      tree.blocks[k] = next;
+    tree.bricks = reinterpret_cast<const uint8_t*>(next);
     if (!check_bounds(reading, tree, at)) return false;
   } else {
     tree.top = kUnclassifiedTree.top.data();
-    tree.blocks256 = tree.blocks16 = tree.top;  // of no blocks
     tree.bricks = kUnclassifiedTree.bricks.data();
   }
   return !reading.canonical() || check_canonical(reading, tree, r, at, reading.record_offset(index));

@@ -155,46 +155,39 @@ TreeStatistics measure_tree(const TreeView& tree) {
     return brick_node(bricks[index], index);
   };
 
-  std::vector<Node> blocks16(tree.block16_count);
-  Groups groups16;
-  for (uint64_t i = 0; i < tree.block16_count; ++i) {
-    Node children[16];
-    for (int c = 0; c < 16; ++c) children[c] = node_of_brick(tree.blocks16[i * kBlock16Words + c]);
-    const uint64_t identity = groups16.identity_of(children);
-    blocks16[i] = join(children, identity < kClasses ? identity : identity_of_block(i));
-  }
-  std::vector<bool> block16_seen(tree.block16_count);
-  const auto node_below = [&](uint32_t index) {
-    if (!tree.shape.has_blocks16) return node_of_brick(index);
-    assert(index < tree.block16_count);
-    block16_seen[index] = true;
-    return blocks16[index];
+  // Of the pool that the one above refers to: its nodes, and which of them are referred to. The bricks come first.
+  const uint32_t levels = tree.shape.block_levels;
+  std::vector<Node> nodes;
+  std::vector<bool> seen;
+  const auto node_below = [&](uint32_t level, uint32_t index) {
+    if (level == levels) return node_of_brick(index);
+    assert(index < nodes.size());
+    seen[index] = true;
+    return nodes[index];
   };
-
-  std::vector<Node> blocks256(tree.block256_count);
-  Groups groups256[2];
-  std::vector<Node> nodes(256);
-  for (uint64_t i = 0; i < tree.block256_count; ++i) {
-    nodes.resize(256);
-    for (int c = 0; c < 256; ++c) nodes[c] = node_below(tree.blocks256[i * kBlock256Words + c]);
-    blocks256[i] = reduce(nodes, 2, groups256);
-    if (!blocks256[i].leaf()) blocks256[i].identity = identity_of_block(i);
+  for (uint32_t level = levels; level-- > 0;) {
+    std::vector<Node> above(tree.block_counts[level]);
+    Groups groups_here;
+    for (uint32_t i = 0; i < above.size(); ++i) {
+      Node children[16];
+      for (int c = 0; c < 16; ++c) children[c] = node_below(level + 1, tree.blocks[level][size_t{i} * kBlockWords + c]);
+      const uint64_t identity = groups_here.identity_of(children);
+      above[i] = join(children, identity < kClasses ? identity : identity_of_block(i));
+    }
+    groups += groups_here.distinct_groups();
+    result.unreferenced_blocks += count_unreferenced(seen);
+    result.duplicate_blocks += count_duplicates(tree.blocks[level], above.size(), kBlockBytes);
+    nodes.swap(above);
+    seen.assign(nodes.size(), false);
   }
-  std::vector<bool> block256_seen(tree.block256_count);
-  const auto node_of_top = [&](uint32_t index) {
-    if (!tree.shape.has_blocks256) return node_below(index);
-    assert(index < tree.block256_count);
-    block256_seen[index] = true;
-    return blocks256[index];
-  };
 
   Groups groups_top[3];
   Totals totals;
   const uint32_t words_a_pair = 1u << (4 * tree.shape.top_levels);
   for (uint32_t pair = 0; pair < kFacePairs; ++pair) {
-    nodes.resize(words_a_pair);
-    for (uint32_t w = 0; w < words_a_pair; ++w) nodes[w] = node_of_top(tree.top[pair * words_a_pair + w]);
-    const Node root = reduce(nodes, tree.shape.top_levels, groups_top);
+    std::vector<Node> slots(words_a_pair);
+    for (uint32_t w = 0; w < words_a_pair; ++w) slots[w] = node_below(0, tree.top[pair * words_a_pair + w]);
+    const Node root = reduce(slots, tree.shape.top_levels, groups_top);
     totals.clear += root.clear;
     totals.blocked += root.blocked;
     totals.statistical += root.statistical;
@@ -202,18 +195,14 @@ TreeStatistics measure_tree(const TreeView& tree) {
     totals.folded += root.folded;
   }
 
-  groups += groups16.distinct_groups() + groups256[0].distinct_groups() + groups256[1].distinct_groups();
   for (Groups& level : groups_top) groups += level.distinct_groups();
   result.cells = {totals.clear, totals.blocked, tree.shape.cells() - totals.clear - totals.blocked - totals.statistical,
                   totals.statistical};
   result.nodes_unfolded = totals.unfolded;
   result.nodes_folded = totals.folded;
   result.nodes_shared = kFacePairs + 16 * groups;
-  result.unreferenced_blocks =
-      count_unreferenced(brick_seen) + count_unreferenced(block16_seen) + count_unreferenced(block256_seen);
-  result.duplicate_blocks = count_duplicates(tree.bricks, tree.brick_count, kBrickBytes) +
-                            count_duplicates(tree.blocks16, tree.block16_count, kBlock16Words * 4) +
-                            count_duplicates(tree.blocks256, tree.block256_count, kBlock256Words * 4);
+  result.unreferenced_blocks += count_unreferenced(brick_seen) + count_unreferenced(seen);
+  result.duplicate_blocks += count_duplicates(tree.bricks, tree.brick_count, kBrickBytes);
   return result;
 }
 

@@ -313,9 +313,9 @@ PARTS_LEFT_OUT, LOOK_UP_FROM_OUTSIDE, LOOK_UP_FROM_INSIDE = 1, 2, 4             
 
 class ObjectRecord:
     """One record of the *OBJT section*."""
-    FORMAT = struct.Struct("<IIIBBH3f3f16sQQ3QIIQQQQQQ8IQ2Q2Qff3d")
+    FORMAT = struct.Struct("<IIIBBH3f3f16sQQ3QII4IQQQQ8IQ2Q2Qff3d")
     NAMES = ("source_index", "depth", "method", "method_parameters", "box_min", "box_max", "triangle_count",
-             "vertex_count", "cells", "block256_count", "block16_count", "brick_count",
+             "vertex_count", "cells", "block_counts", "brick_count",
              "nodes_unfolded", "nodes_folded", "nodes_shared", "statistical_cells", "audit_lines", "audit_wrong",
              "audit_bound_95", "guard_band", "shift")
 
@@ -326,12 +326,13 @@ class ObjectRecord:
         self.box_min, self.box_max, self.geometry_hash = f[6:9], f[9:12], f[12]
         self.triangle_count, self.vertex_count, self.cells = f[13], f[14], list(f[15:18])
         self.tree_section, self.geometry_section = f[18:20]
-        self.block256_count, self.block16_count, self.brick_count = f[20:23]
-        self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[23:26]
-        self.method_parameters = list(f[26:34])
-        self.statistical_cells, self.audit_lines, self.audit_wrong = f[34], list(f[35:37]), list(f[37:39])
-        self.audit_bound_95, self.guard_band, self.shift = f[39], f[40], list(f[41:44])
+        self.block_counts, self.brick_count, reserved = list(f[20:23]), f[23], f[24]
+        self.nodes_unfolded, self.nodes_folded, self.nodes_shared = f[25:28]
+        self.method_parameters = list(f[28:36])
+        self.statistical_cells, self.audit_lines, self.audit_wrong = f[36], list(f[37:39]), list(f[39:41])
+        self.audit_bound_95, self.guard_band, self.shift = f[41], f[42], list(f[43:46])
         require(file.minor > 3 or self.flags < 8, "Reserved fields", at + 14, f"flags {self.flags:#x}")
+        require(file.minor > 3 or reserved == 0, "Reserved fields", at + 120, "of an object")
         require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
         self.check_method(where)
@@ -411,13 +412,15 @@ class Tree:
         levels, top_bits = self.levels, min(self.levels - 2, 3)
         self.top_bits, slots = top_bits, 15 * 16 ** top_bits
         top_bytes = -(-(slots + 1) * 4 // 64) * 64
-        layout = [("256-way block", 2, 1024, record.block256_count, levels >= 7, record.at + 104),
-                  ("16-way block", 1, 64, record.block16_count, levels in (6, 8), record.at + 112),
-                  ("brick", 2, 64, record.brick_count, True, record.at + 120)]
-        for name, _, _, count, present, at in layout:
-            require(3 <= count < 2 ** 32 if present else count == 0, "TREE section", at, f"{name} count is {count}")
-        size = top_bytes + sum(width * count for _, _, width, count, _, _ in layout)
-        require(len(data) == size, "TREE section", section.at + 32 if section else record.at + 120,
+        present = levels - 2 - top_bits
+        layout = [(f"block of level {3 + k}", 1, record.block_counts[k]) for k in range(present)]
+        layout.append(("brick", 2, record.brick_count))
+        require(not any(record.block_counts[present:]), "TREE section", record.at + 104 + 4 * present,
+                "blocks that the depth does not have")
+        for name, _, count in layout:
+            require(count >= 3, "TREE section", record.at + 104, f"{name} count is {count}")
+        size = top_bytes + sum(64 * count for _, _, count in layout)
+        require(len(data) == size, "TREE section", section.at + 32 if section else record.at + 116,
                 f"the tree has {len(data)} bytes, not {size}")
 
         self.top = struct.unpack_from(f"<{slots}I", data)
@@ -425,13 +428,12 @@ class Tree:
         self.check(not any(data[4 * slots + 4:top_bytes]), 4 * slots + 4, "the top table's padding is not zero")
         self.pools, at = [], top_bytes
         before, before_at = [self.top], 0
-        for name, bits, width, count, present, _ in layout:
-            if present:
-                raw = [data[i:i + width] for i in range(at, at + width * count, width)]
-                self.check_pool(name, width, raw, at, before, before_at)
-                self.pools.append(Pool(name, bits, raw))
-                before, before_at = self.pools[-1].blocks, at
-                at += width * count
+        for name, bits, count in layout:
+            raw = [data[i:i + 64] for i in range(at, at + 64 * count, 64)]
+            self.check_pool(name, raw, at, before, before_at)
+            self.pools.append(Pool(name, bits, raw))
+            before, before_at = self.pools[-1].blocks, at
+            at += 64 * count
         if record.depth == 1:
             for i, brick in enumerate(self.pools[0].blocks):
                 self.check(all(len(set(group(brick))) == 1 for group in GROUPS[2]), top_bytes + 64 * i,
@@ -443,7 +445,7 @@ class Tree:
             where = self.section.offset + (logical if self.section.storage == 0 else 0)
             raise VcdError("TREE section", where, f"{message} (logical byte {logical} of section {self.section.index})")
 
-    def check_pool(self, name, width, raw, at, before, before_at):
+    def check_pool(self, name, raw, at, before, before_at):
         """*TREE section*: indices below the count, uniform blocks, value 3, equal blocks, unused blocks."""
         used = {0, 1, 2}
         for i, block in enumerate(before):
@@ -452,8 +454,8 @@ class Tree:
                 slot = next(k for k, word in enumerate(block) if word >= len(raw))
                 self.check(False, before_at + 4 * (i * len(block) + slot), f"{name} index {block[slot]} is too large")
         for i in range(3):
-            uniform = bytes([i * 0x55]) * width if name == "brick" else struct.pack("<I", i) * (width // 4)
-            self.check(raw[i] == uniform, at + width * i, f"{name} {i} is not the uniform one")
+            uniform = bytes([i * 0x55]) * 64 if name == "brick" else struct.pack("<I", i) * 16
+            self.check(raw[i] == uniform, at + 64 * i, f"{name} {i} is not the uniform one")
         if name == "brick" and self.record.method != HYBRID:
             for i, block in enumerate(raw):
                 bits = int.from_bytes(block, "little")
@@ -461,10 +463,10 @@ class Tree:
                            f"brick {i} has a cell of value 3")
         seen = {}
         for i, block in enumerate(raw):
-            self.check(seen.setdefault(block, i) == i, at + width * i, f"{name} {i} equals {name} {seen[block]}")
+            self.check(seen.setdefault(block, i) == i, at + 64 * i, f"{name} {i} equals {name} {seen[block]}")
         if len(used) < len(raw):
             unused = next(i for i in range(len(raw)) if i not in used)
-            self.check(False, at + width * unused, f"{name} {unused} is not referred to")
+            self.check(False, at + 64 * unused, f"{name} {unused} is not referred to")
 
     def cell_class(self, pair, s, t, u, v):
         """*TREE section*, From bytes to class."""

@@ -19,10 +19,6 @@ namespace vcd::test {
 using namespace baker;
 namespace {
 
-uint64_t bytes_of(const TreeView& tree) {
-  return tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
-}
-
 double classified(const TreeView& tree) {
   const TreeStatistics s = measure_tree(tree);
   return 1 - static_cast<double>(s.cells[2]) / static_cast<double>(tree.shape.cells());
@@ -30,7 +26,7 @@ double classified(const TreeView& tree) {
 
 // Every cell of both trees: each pair of bricks that stand at the same place, once.
 void expect_weaker_everywhere(const TreeView& before, const TreeView& after) {
-  std::set<std::tuple<int, uint32_t, uint32_t>> seen;
+  std::set<std::tuple<uint32_t, uint32_t, uint32_t>> seen;
   const auto compare = [&](uint32_t a, uint32_t b) {
     if (!seen.insert({0, a, b}).second) return;
     for (uint32_t c = 0; c < 256; ++c) {
@@ -40,19 +36,14 @@ void expect_weaker_everywhere(const TreeView& before, const TreeView& after) {
                   (was == CellClass::blocked && is == CellClass::statistically_blocked));
     }
   };
-  const auto compare16 = [&](uint32_t a, uint32_t b) {
-    if (!before.shape.has_blocks16) return compare(a, b);
-    if (!seen.insert({1, a, b}).second) return;
-    for (size_t i = 0; i < kBlock16Words; ++i)
-      compare(before.blocks16[a * kBlock16Words + i], after.blocks16[b * kBlock16Words + i]);
+  const auto compare_below = [&](const auto& self, uint32_t level, uint32_t a, uint32_t b) -> void {
+    if (level == before.shape.block_levels) return compare(a, b);
+    if (!seen.insert({1 + level, a, b}).second) return;
+    for (size_t i = 0; i < kBlockWords; ++i)
+      self(self, level + 1, before.blocks[level][a * kBlockWords + i], after.blocks[level][b * kBlockWords + i]);
   };
-  for (uint32_t slot = 0; slot < before.shape.top_words(); ++slot) {
-    const uint32_t a = before.top[slot], b = after.top[slot];
-    if (!before.shape.has_blocks256) compare16(a, b);
-    else if (seen.insert({2, a, b}).second)
-      for (size_t i = 0; i < kBlock256Words; ++i)
-        compare16(before.blocks256[a * kBlock256Words + i], after.blocks256[b * kBlock256Words + i]);
-  }
+  for (uint32_t slot = 0; slot < before.shape.top_words(); ++slot)
+    compare_below(compare_below, 0, before.top[slot], after.top[slot]);
 }
 
 // The tree as DagBuilder makes it when it is given all its bricks again.
@@ -66,19 +57,18 @@ TreeArrays rebuilt(const TreeArrays& tree) {
       subtree.bricks.push_back(kDeeper + static_cast<uint32_t>(subtree.words.size()));
       std::copy_n(&tree.bricks[size_t{index} * 16], 16, subtree.words.emplace_back().begin());
     };
-    const auto add16 = [&](uint32_t index) {
-      for (size_t i = 0; i < (shape.has_blocks16 ? 16 : 1); ++i)
-        add(shape.has_blocks16 ? tree.blocks16[index * 16 + i] : index);
+    const auto add_below = [&](const auto& self, uint32_t level, uint32_t index) -> void {
+      if (level == shape.block_levels) return add(index);
+      for (size_t i = 0; i < kBlockWords; ++i) self(self, level + 1, tree.blocks[level][index * kBlockWords + i]);
     };
-    for (size_t i = 0; i < (shape.has_blocks256 ? 256 : 1); ++i)
-      add16(shape.has_blocks256 ? tree.blocks256[tree.top[slot] * 256 + i] : tree.top[slot]);
+    add_below(add_below, 0, tree.top[slot]);
     builder.append(subtree);
   }
   return builder.take();
 }
 
 void expect_equal(const TreeArrays& a, const TreeArrays& b) {
-  EXPECT_TRUE(a.top == b.top && a.blocks256 == b.blocks256 && a.blocks16 == b.blocks16 && a.bricks == b.bricks);
+  EXPECT_TRUE(a.top == b.top && a.blocks == b.blocks && a.bricks == b.bricks);
 }
 
 // No block twice or unused, and all in the order in which the top table reaches them.
@@ -107,7 +97,7 @@ double pruned(const TreeView& tree, uint32_t depth, uint64_t budget) {
   size_t too_few = 0, enough = by_worth.size();
   while (enough - too_few > std::max<size_t>(by_worth.size() / 200, 1)) {
     const size_t middle = (too_few + enough) / 2;
-    (bytes_of(without(middle).view()) <= budget ? enough : too_few) = middle;
+    (without(middle).view().bytes() <= budget ? enough : too_few) = middle;
   }
   return classified(without(too_few).view());  // a little over the budget: too good, if anything
 }
@@ -127,10 +117,10 @@ void expect_better_than_pruning(const TreeArrays& tree, uint64_t divisor, double
   const TreeView before = tree.view();
   const uint32_t depth = tree.depth;
   const double had = classified(before), mixed = had - classified(demote_merge(tree, 0).tree.view());
-  const uint64_t budget = before.shape.top_bytes() + (bytes_of(before) - before.shape.top_bytes()) / divisor;
+  const uint64_t budget = before.shape.top_bytes() + (before.bytes() - before.shape.top_bytes()) / divisor;
   const auto [after, cells_lost] = demote_merge(tree, budget, 2);
-  EXPECT_LE(bytes_of(after.view()), budget);
-  EXPECT_GT(bytes_of(after.view()), budget * 98 / 100);
+  EXPECT_LE(after.view().bytes(), budget);
+  EXPECT_GT(after.view().bytes(), budget * 98 / 100);
   expect_weaker_everywhere(before, after.view());
   expect_sound(after);
   EXPECT_EQ(cells_lost, measure_tree(after.view()).cells[2] - measure_tree(before).cells[2]);
@@ -155,7 +145,7 @@ TEST(DemoteMerge, KeepsTheBudgetAndIsSafeAndBetterThanPruning) {
 TEST(DemoteMerge, LeavesWhatFitsAlone) {
   const BakedObject baked = must_bake(leaves(20), proven(4));
   const TreeArrays before = arrays_of(baked.tree(), 4);
-  const Demoted after = demote_merge(before, bytes_of(baked.tree()), 1);
+  const Demoted after = demote_merge(before, baked.tree().bytes(), 1);
   expect_equal(after.tree, before);
   EXPECT_EQ(after.cells_lost, 0u);
 }
@@ -163,7 +153,7 @@ TEST(DemoteMerge, LeavesWhatFitsAlone) {
 TEST(DemoteMerge, GivesTheSameForAnyNumberOfThreads) {
   for (uint32_t depth : {5u, 6u, 7u}) {
     const TreeArrays before = part_of_tree(leaves(60), depth, depth == 5 ? 1 : 64);
-    const uint64_t budget = before.shape.top_bytes() + (bytes_of(before.view()) - before.shape.top_bytes()) / 5;
+    const uint64_t budget = before.shape.top_bytes() + (before.view().bytes() - before.shape.top_bytes()) / 5;
     const TreeArrays one = demote_merge(before, budget, 1).tree;
     for (unsigned threads : {2u, 7u, 0u}) expect_equal(demote_merge(before, budget, threads).tree, one);
   }
@@ -177,15 +167,14 @@ TEST(DemoteMerge, KnowsEveryLayoutAndClass) {
     const auto contents = read_sidecar(file, CheckLevel::canonical, findings);
     ASSERT_TRUE(contents.has_value());
     const TreeView before = contents->objects[0].tree;
-    const uint64_t smallest =
-        before.shape.bytes(before.shape.has_blocks256 ? 3 : 0, before.shape.has_blocks16 ? 3 : 0, 3);
+    const uint64_t smallest = before.shape.least_bytes();
     for (uint64_t spare : {0, 64, 1000, 3000, 20000}) {
       const TreeArrays after = demote_merge(arrays_of(before, depth), smallest + spare).tree;
-      EXPECT_LE(bytes_of(after.view()), smallest + spare) << depth;
+      EXPECT_LE(after.view().bytes(), smallest + spare) << depth;
       expect_weaker_everywhere(before, after.view());
       expect_sound(after);
     }
-    EXPECT_EQ(bytes_of(demote_merge(arrays_of(before, depth), 10).tree.view()), smallest);  // nothing fits
+    EXPECT_EQ(demote_merge(arrays_of(before, depth), 10).tree.view().bytes(), smallest);  // nothing fits
   }
 }
 
@@ -202,7 +191,7 @@ TEST(DemoteMerge, JoinsEveryPairOfClasses) {
   DagBuilder builder(2);
   for (uint32_t slot = 0; slot < kFacePairs; ++slot) builder.append({{kDeeper}, {slot % 2 ? a : b}});
   TreeArrays tree = builder.take();
-  const TreeArrays after = demote_merge(tree, bytes_of(tree.view()) - kBrickBytes).tree;
+  const TreeArrays after = demote_merge(tree, tree.view().bytes() - kBrickBytes).tree;
   ASSERT_EQ(after.bricks.size(), 16 * (kUniformBlocks + 1));
   EXPECT_TRUE(std::equal(expected.begin(), expected.end(), after.bricks.begin() + 16 * kUniformBlocks));
 }

@@ -543,7 +543,7 @@ TEST(NoMethod, IsHeldToItsRules) {
   EXPECT_TRUE(found(findings_of(file.bytes, CheckLevel::bounds), FindingId::object_section));
 }
 
-// The blocks of deep trees: depth 6 has 16-way blocks, 7 has 256-way ones, 8 has both.
+// Depth 6 has one level of blocks, 7 two, 8 three.
 TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
   for (const char* name : {"depth6.vcd", "depth7.vcd", "depth8.vcd"}) {
     const Buffer file = read_file(std::filesystem::path(VCD_GOLDEN_DIR) / name);
@@ -563,18 +563,12 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
       const auto bytes = vcd::sidecar_bytes(damaged);
       return findings_of(Buffer(bytes->data.get(), bytes->data.get() + bytes->size), level);
     };
-    const uint64_t first256 = good.shape.top_bytes() / 4, first16 = first256 + good.block256_count * kBlock256Words;
     for (CheckLevel level : kLevels) {
-      if (good.shape.has_blocks16) {
-        EXPECT_TRUE(found(findings_with(first16 + 3 * 16 + 5, static_cast<uint32_t>(good.brick_count), level),
-                          FindingId::tree_index));
-        EXPECT_TRUE(found(findings_with(first16 + 16, 2, level), FindingId::tree_uniform));
-      }
-      if (good.shape.has_blocks256) {
-        const uint64_t below = good.shape.has_blocks16 ? good.block16_count : good.brick_count;
-        EXPECT_TRUE(
-            found(findings_with(first256 + 3 * 256 + 5, static_cast<uint32_t>(below), level), FindingId::tree_index));
-        EXPECT_TRUE(found(findings_with(first256 + 256, 2, level), FindingId::tree_uniform));
+      uint64_t first = good.shape.top_bytes() / 4;
+      for (uint32_t k = 0; k < good.shape.block_levels; first += good.block_counts[k++] * kBlockWords) {
+        const uint32_t below = k + 1 < good.shape.block_levels ? good.block_counts[k + 1] : good.brick_count;
+        EXPECT_TRUE(found(findings_with(first + 3 * kBlockWords + 5, below, level), FindingId::tree_index)) << k;
+        EXPECT_TRUE(found(findings_with(first + kBlockWords, 2, level), FindingId::tree_uniform)) << k;
       }
     }
   }

@@ -74,7 +74,7 @@ class Mutation {
     for (size_t n = 1 + below(8); n > 0; --n) {
       if (words > 0 && below(2)) {
         const auto index = static_cast<uint32_t>(
-            below(std::max<uint64_t>({record.block256_count, record.block16_count, record.brick_count})));
+            below(std::max<uint64_t>(*std::ranges::max_element(record.block_counts), record.brick_count)));
         std::memcpy(bytes.data() + 4 * below(words), &index, 4);
       } else {
         bytes[bytes.size() - 1 - below(bricks)] = static_cast<uint8_t>(random_());

@@ -69,8 +69,9 @@ def brick_bytes(node):
 
 
 def write_tree(roots, levels):
-    """(bytes, counts of the three arrays)"""
-    layers = {2: [0, 2], 3: [1, 2], 4: [2, 2], 5: [3, 2], 6: [3, 1, 2], 7: [3, 2, 2], 8: [3, 2, 1, 2]}[levels]
+    """(bytes, counts of the blocks of three levels, and of bricks)"""
+    top = min(levels - 2, 3)
+    layers = [top, *[1] * (levels - 2 - top), 2]
     tables = [{0: 0, 1: 1, 2: 2} for _ in layers[1:]]          # node -> index, in order
 
     def number(table, node):
@@ -82,10 +83,8 @@ def write_tree(roots, levels):
     for here, below, bits in zip(tables, tables[1:], layers[1:]):
         out += b"".join(struct.pack("<I", number(below, n)) for node in here for n in expand(node, bits))
     out += b"".join(map(brick_bytes, tables[-1]))
-    counts = [0, 0, len(tables[-1])]
-    for table, bits in zip(tables[:-1], layers[1:-1]):
-        counts[0 if bits == 2 else 1] = len(table)
-    return out, counts
+    blocks = [len(table) for table in tables[:-1]]
+    return out, [*blocks, *[0] * (3 - len(blocks)), len(tables[-1])]
 
 
 def naive_counts(roots, levels):
@@ -145,7 +144,7 @@ def entries(objects, provenance=((b"a", b"1"), (b"b", b"\xc3\xa9")), extra=()):
             geometry = position + len(owned)
             owned.append(Entry(b"GEOM", o.geom, i))
         cells, *nodes = o.counts
-        records += struct.pack("<IIIBB2x6f16s2Q3QII3Q3Q8I72x", len(names), len(o.name), 7, o.depth, 1, *o.box[0],
+        records += struct.pack("<IIIBB2x6f16s2Q3QII4I8x3Q8I72x", len(names), len(o.name), 7, o.depth, 1, *o.box[0],
                                *o.box[1], bytes(range(16)), 12, 8, *cells, tree, geometry, *o.pools, *nodes,
                                16, 5, 6, 0, 0, 0, 0, 0)
         names += o.name
@@ -376,7 +375,7 @@ class Dump(unittest.TestCase):
         for o, found in zip(objects, report["objects"]):
             self.assertEqual((found["cells"], found["nodes_unfolded"], found["nodes_folded"], found["nodes_shared"]),
                              o.counts)
-            self.assertEqual([found["block256_count"], found["block16_count"], found["brick_count"]], o.pools)
+            self.assertEqual([*found["block_counts"], found["brick_count"]], o.pools)
             self.assertEqual((found["name"].encode(), found["depth"]), (o.name, o.depth))
         return report
 
@@ -692,8 +691,8 @@ class Broken(unittest.TestCase):
 
     def test_no_method(self):
         """An object of method none: a record, and no TREE."""
-        def record(tree=NONE, cells=(0, 0, 3840), pools=(0, 0, 3), nodes=(15, 15, 15), depth=1, samples=0):
-            return struct.pack("<IIIBB2x6f16s2Q3QII3Q3Q8I72x", 0, 0, 0, depth, 0, 0, 0, 0, 1, 1, 1, bytes(16), 12, 8, *cells,
+        def record(tree=NONE, cells=(0, 0, 3840), pools=(0, 0, 0, 3), nodes=(15, 15, 15), depth=1, samples=0):
+            return struct.pack("<IIIBB2x6f16s2Q3QII4I8x3Q8I72x", 0, 0, 0, depth, 0, 0, 0, 0, 1, 1, 1, bytes(16), 12, 8, *cells,
                                tree, NONE, *pools, *nodes, samples, *[0] * 7)
 
         def file(*extra, **fields):
@@ -707,7 +706,7 @@ class Broken(unittest.TestCase):
         self.rejects(file(depth=2), where)
         self.rejects(file(cells=(1, 0, 3839)), where)
         self.rejects(file(samples=16), where)
-        self.rejects(file(pools=(0, 0, 4)), "TREE section")
+        self.rejects(file(pools=(0, 0, 0, 4)), "TREE section")
         self.rejects(file(nodes=(15, 15, 31)), "Node counts")
         self.rejects(file(Entry(b"TREE", vcd_reader.UNCLASSIFIED_TREE, 0, alignment=4096), tree=2), "Section table")
 
@@ -744,8 +743,8 @@ class Broken(unittest.TestCase):
         root, small, below, large = 64, 8 * 64, 12 * 64, 19 * 64
 
         def file(hierarchy=good, storage=0, owners=(0,), triangles=17, low=-4.0, high=20.0):
-            record = struct.pack("<IIIBB2x6f16s2Q3QII3Q3Q8I72x", 0, 0, 0, 1, 0, low, low, low, high, high, high, bytes(16),
-                                 triangles, 21, 0, 0, 3840, NONE, NONE, 0, 0, 3, 15, 15, 15, *[0] * 8)
+            record = struct.pack("<IIIBB2x6f16s2Q3QII4I8x3Q8I72x", 0, 0, 0, 1, 0, low, low, low, high, high, high, bytes(16),
+                                 triangles, 21, 0, 0, 3840, NONE, NONE, 0, 0, 0, 3, 15, 15, 15, *[0] * 8)
             sections = [Entry(b"HIER", hierarchy, i, storage, 8 if storage else 64) for i in owners]
             return assemble([Entry(b"OBJT", record), Entry(b"NAME", b""), *sections])
 
@@ -797,11 +796,12 @@ class Broken(unittest.TestCase):
         self.patch(r + 72, u64(cells[0] + 1) + u64(cells[1] - 1), "OBJT section")
         for i, value in enumerate(self.objects[0].counts[1:]):
             self.patch(r + 128 + 8 * i, u64(value + 16), "Node counts")
-        for i in range(3):
-            self.patch(r + 104 + 8 * i, u64(2), "TREE section")
-            self.rejects(patched(self.data, (r + 104 + 8 * i, u64(self.objects[0].pools[i] + 1))), "TREE section")
-            self.rejects(patched(self.data, (r + 104 + 8 * i, u64(2 ** 32))), "TREE section")
-        self.patch(r + 256 + 112, u64(3), "TREE section")                          # depth 1 has no 16-way blocks
+        for i in range(4):
+            self.rejects(patched(self.data, (r + 104 + 4 * i, u32(2))), "TREE section")
+            self.rejects(patched(self.data, (r + 104 + 4 * i, u32(self.objects[0].pools[i] + 1))), "TREE section")
+        self.patch(r + 256 + 104, u32(3), "TREE section")                          # depth 1 has no blocks
+        self.patch(r + 120, u32(1), "Reserved fields")
+        self.patch(r + 124, u32(1), "Reserved fields", offset=r + 120)
 
     def test_provenance(self):
         def bad(pairs=(), raw=None):
@@ -818,22 +818,22 @@ class Broken(unittest.TestCase):
 
     def test_tree(self):
         t, where = self.tree, "TREE section"
-        top, (n256, n16, bricks) = 245824, self.objects[0].pools
-        blocks16, brick = t + top + 1024 * n256, t + top + 1024 * n256 + 64 * n16
-        self.patch(t, u32(n256), where)
-        self.patch(t + top + 3 * 1024, u32(n16), where)
-        self.patch(blocks16 + 3 * 64 + 4, u32(bricks), where)
+        top, pools = 245824, self.objects[0].pools
+        starts = [t + top + 64 * sum(pools[:k]) for k in range(4)]
+        brick = starts[3]
+        self.patch(t, u32(pools[0]), where)
+        for start, below in zip(starts, pools[1:]):
+            self.patch(start + 3 * 64 + 4, u32(below), where)
         self.patch(t + 4 * 61440, u32(1), where)                                   # spare slot
         self.patch(t + 4 * 61441 + 3, b"\1", where, offset=t + 4 * 61441)          # padding
-        for first, width in ((t + top, 1024), (blocks16, 64), (brick, 64)):
+        for first in starts:
             for i in range(3):                                                     # uniform blocks
-                self.patch(first + width * i + 4, u32(1 if i != 1 else 2), where, offset=first + width * i)
+                self.patch(first + 64 * i + 4, u32(1 if i != 1 else 2), where, offset=first + 64 * i)
         self.patch(brick + 3 * 64 + 5, b"\xc0", where, offset=brick + 3 * 64)      # value 3
-        self.patch(brick + 4 * 64, self.data[brick + 3 * 64:brick + 4 * 64], where)
-        self.patch(blocks16 + 4 * 64, self.data[blocks16 + 3 * 64:blocks16 + 4 * 64], where)
-        self.patch(t + top + 4 * 1024, self.data[t + top + 3 * 1024:t + top + 4 * 1024], where)
+        for first in starts:                                                       # equal ones
+            self.patch(first + 4 * 64, self.data[first + 3 * 64:first + 4 * 64], where)
         o = Object(2)                                                              # a brick that nothing refers to
-        o.tree, o.pools[2] = o.tree + b"\1" * 64, o.pools[2] + 1
+        o.tree, o.pools[3] = o.tree + b"\1" * 64, o.pools[3] + 1
         self.rejects(assemble(entries([o])), where)
         o = Object(2)                                                              # the wrong size
         o.tree += bytes(64)

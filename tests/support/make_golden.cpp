@@ -74,8 +74,7 @@ void write_layout(const std::filesystem::path& folder, uint32_t depth) {
   record.audit_lines[0] = 1000 * depth, record.audit_lines[1] = 500;
   record.audit_wrong[0] = depth / 2, record.audit_wrong[1] = depth;
   record.audit_bound_95 = 0.0125f;
-  record.block256_count = arrays.view().block256_count;
-  record.block16_count = arrays.view().block16_count;
+  record.block_counts = arrays.view().block_counts;
   record.brick_count = arrays.view().brick_count;
   record.nodes_unfolded = statistics.nodes_unfolded;
   record.nodes_folded = statistics.nodes_folded;

@@ -14,11 +14,11 @@ inline baker::TreeArrays arrays_of(const TreeView& tree, uint32_t depth) {
     if (bytes) std::memcpy(copy.data(), from, bytes);
     return copy;
   };
+  const auto blocks = [&](size_t k) { return words(tree.blocks[k], tree.block_counts[k] * kBlockBytes); };
   return {depth,
           tree.shape,
           words(tree.top, tree.shape.top_bytes()),
-          words(tree.blocks256, tree.block256_count * kBlock256Words * 4),
-          words(tree.blocks16, tree.block16_count * kBlock16Words * 4),
+          {blocks(0), blocks(1), blocks(2)},
           words(tree.bricks, tree.brick_count * kBrickBytes)};
 }
 

@@ -107,7 +107,7 @@ Json describe_object(const ObjectContents& object) {
                      {"aimed_lines", r.audit_lines[1]},
                      {"aimed_wrong", r.audit_wrong[1]},
                      {"wrong_rate_bound_95", r.audit_bound_95}};
-  json["blocks"] = {{"blocks256", r.block256_count}, {"blocks16", r.block16_count}, {"bricks", r.brick_count}};
+  json["blocks"] = {{"levels", r.block_counts}, {"bricks", r.brick_count}};
   json["nodes"] = {{"unfolded", r.nodes_unfolded}, {"folded", r.nodes_folded}, {"shared", r.nodes_shared}};
   json["hierarchy"] = nullptr;
   if (object.hierarchy) {
@@ -208,10 +208,9 @@ std::string object_summary(const ObjectRecord& r) {
                 readable_bytes(4 * r.nodes_unfolded).c_str(), readable_bytes(4 * r.nodes_folded).c_str(),
                 readable_bytes(4 * r.nodes_shared).c_str());
   out += line;
-  const uint64_t bytes = tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
-  std::snprintf(line, sizeof line, "  tree      %s: %llu bricks, %llu 16-way and %llu 256-way blocks\n",
-                readable_bytes(bytes).c_str(), static_cast<unsigned long long>(r.brick_count),
-                static_cast<unsigned long long>(r.block16_count), static_cast<unsigned long long>(r.block256_count));
+  const uint64_t bytes = tree_shape(r.depth).bytes(r.block_counts, r.brick_count);
+  std::snprintf(line, sizeof line, "  tree      %s: %u + %u + %u blocks, %u bricks\n", readable_bytes(bytes).c_str(),
+                r.block_counts[0], r.block_counts[1], r.block_counts[2], r.brick_count);
   return out + line;
 }
 

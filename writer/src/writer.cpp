@@ -212,9 +212,11 @@ bool Layout::make(const SidecarToWrite& contents) {
 std::vector<Bytes> tree_pieces(const TreeView& tree) {
   assert(tree.top[tree.shape.top_words()] == 0);
   const auto piece = [](const void* data, uint64_t size) { return Bytes(static_cast<const std::byte*>(data), size); };
-  return {piece(tree.top, tree.shape.top_bytes()), piece(tree.blocks256, tree.block256_count * kBlock256Words * 4),
-          piece(tree.blocks16, tree.block16_count * kBlock16Words * 4),
-          piece(tree.bricks, tree.brick_count * kBrickBytes)};
+  std::vector<Bytes> pieces = {piece(tree.top, tree.shape.top_bytes())};
+  for (uint32_t k = 0; k < tree.shape.block_levels; ++k)
+    pieces.push_back(piece(tree.blocks[k], tree.block_counts[k] * kBlockBytes));
+  pieces.push_back(piece(tree.bricks, tree.brick_count * kBrickBytes));
+  return pieces;
 }
 
 Result<uint64_t> write_sidecar(const std::filesystem::path& path, const SidecarToWrite& contents) try {

@@ -83,11 +83,10 @@ const Kernels* kernels_named(std::string_view name) {
 }
 
 const Kernels& kernels_for(const TreeView& tree, const Kernels& wanted) {
-  constexpr uint64_t kMostWords = uint64_t{1} << 31;
-  const bool fits = tree.block256_count < kMostWords / kBlock256Words &&
-                    tree.block16_count < kMostWords / kBlock16Words &&
-                    tree.brick_count < kMostWords / (kBrickBytes / 4);
-  return fits ? wanted : scalar_kernels();
+  static_assert(kBlockBytes == kBrickBytes);
+  constexpr uint32_t kMost = (uint32_t{1} << 31) / kBlockWords;
+  const uint32_t largest = std::max(tree.brick_count, *std::ranges::max_element(tree.block_counts));
+  return largest < kMost ? wanted : scalar_kernels();
 }
 
 }  // namespace vcd

@@ -234,21 +234,17 @@ HWY_INLINE void classify_groups(const Grid& grid, const TreeView& tree, const So
     hn::Store(lines.stuv, U(), stuv + g * kWidth);
     hn::Store(rows, U(), row + g * kWidth);
   }
-  if constexpr (kShape.has_blocks256) {
-    constexpr uint32_t kLow = 8 - kShape.top_levels - 2;
-    for (size_t at = 0; at < groups * kWidth; at += kWidth) {
-      const Words word =
-          hn::Or(hn::ShiftLeft<8>(hn::Load(U(), index + at)), row_major_of<kLow, 2>(hn::Load(U(), stuv + at)));
-      hn::Store(gather(tree.blocks256, word), U(), index + at);
-    }
-  }
-  if constexpr (kShape.has_blocks16) {
-    for (size_t at = 0; at < groups * kWidth; at += kWidth) {
-      const Words word =
-          hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), row_major_of<kBrickLow + 2, 1>(hn::Load(U(), stuv + at)));
-      hn::Store(gather(tree.blocks16, word), U(), index + at);
-    }
-  }
+  const auto through_blocks = [&]<uint32_t kLevel>() HWY_ATTR {
+    if constexpr (kLevel < kShape.block_levels)
+      for (size_t at = 0; at < groups * kWidth; at += kWidth) {
+        const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)),
+                                  row_major_of<7 - kShape.top_levels - kLevel, 1>(hn::Load(U(), stuv + at)));
+        hn::Store(gather(tree.blocks[kLevel], word), U(), index + at);
+      }
+  };
+  through_blocks.template operator()<0>();
+  through_blocks.template operator()<1>();
+  through_blocks.template operator()<2>();
   for (size_t at = 0; at < groups * kWidth; at += kWidth) {
     const Words cell = row_major_of<kBrickLow, 2>(hn::Load(U(), stuv + at));
     const Words word = hn::Or(hn::ShiftLeft<4>(hn::Load(U(), index + at)), hn::ShiftRight<4>(cell));

@@ -17,8 +17,7 @@ class Reader {
     const bool agree = each_child(
         range, shape_.levels - shape_.top_levels,
         [&](uint32_t at, const CellRange& part) {
-          const uint32_t index = tree_.top[range.pair << (4 * shape_.top_levels) | at];
-          return shape_.has_blocks256 ? visit256(index, part) : visit16(index, part);
+          return visit_block(0, tree_.top[range.pair << (4 * shape_.top_levels) | at], part);
         },
         shape_.top_levels);
     if (!agree || seen_unclassified_) return Visibility::unclassified;
@@ -60,22 +59,13 @@ class Reader {
     return true;
   }
 
-  bool visit256(uint32_t index, const CellRange& range) {
+  bool visit_block(uint32_t level, uint32_t index, const CellRange& range) {
+    if (level == shape_.block_levels) return visit_brick(index, range);
     if (index < kUniformBlocks) return see(index);
     return each_child(
-        range, shape_.has_blocks16 ? 3 : 2,
+        range, 1 + shape_.block_levels - level,
         [&](uint32_t at, const CellRange& part) {
-          return visit16(tree_.blocks256[size_t{index} * kBlock256Words + at], part);
-        },
-        2);
-  }
-  bool visit16(uint32_t index, const CellRange& range) {
-    if (!shape_.has_blocks16) return visit_brick(index, range);
-    if (index < kUniformBlocks) return see(index);
-    return each_child(
-        range, 2,
-        [&](uint32_t at, const CellRange& part) {
-          return visit_brick(tree_.blocks16[size_t{index} * kBlock16Words + at], part);
+          return visit_block(level + 1, tree_.blocks[level][size_t{index} * kBlockWords + at], part);
         },
         1);
   }

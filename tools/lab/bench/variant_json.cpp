@@ -16,7 +16,7 @@ void describe_trees(const std::vector<Object>& objects, Json& v) {
   uint64_t bytes = 0, unfolded = 0, folded = 0, shared = 0;
   for (const Object& object : objects) {
     const ObjectRecord& r = object.record();
-    bytes += tree_shape(r.depth).bytes(r.block256_count, r.block16_count, r.brick_count);
+    bytes += tree_shape(r.depth).bytes(r.block_counts, r.brick_count);
     unfolded += 4 * r.nodes_unfolded, folded += 4 * r.nodes_folded, shared += 4 * r.nodes_shared;
   }
   v["memory_bytes"] = bytes;

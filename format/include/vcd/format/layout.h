@@ -108,6 +108,8 @@ inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are no
 inline constexpr uint16_t kLookUpFromOutside = 2, kLookUpFromInside = 4;
 inline constexpr uint16_t kKnownObjectFlags = kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside;
 
+inline constexpr uint32_t kMostBlockLevels = 3;
+
 struct ObjectRecord {
   uint32_t name_offset;   // into the NAME section
   uint32_t name_length;   // bytes; 0 for an object without a name
@@ -123,9 +125,9 @@ struct ObjectRecord {
   uint64_t cells[3];          // clear, blocked, unclassified cells of the deepest stored level
   uint32_t tree_section;      // index into the section table; kNone for Method::none
   uint32_t geometry_section;  // likewise; kNone where no geometry is embedded
-  uint64_t block256_count;    // pools of the TREE section
-  uint64_t block16_count;
-  uint64_t brick_count;
+  std::array<uint32_t, kMostBlockLevels> block_counts;  // of each level's pool in the TREE section; 0: it has none
+  uint32_t brick_count;
+  uint32_t reserved[2];     // zero
   uint64_t nodes_unfolded;  // of the octree as the paper counts: every node a 32-bit word
   uint64_t nodes_folded;    // with sixteen leaf children folded into their parent's word
   uint64_t nodes_shared;    // and identical groups of sixteen children stored once
@@ -142,7 +144,7 @@ static_assert(sizeof(ObjectRecord) == 256 && offsetof(ObjectRecord, source_index
               offsetof(ObjectRecord, depth) == 12 && offsetof(ObjectRecord, flags) == 14 &&
               offsetof(ObjectRecord, box_min) == 16 && offsetof(ObjectRecord, geometry_hash) == 40 &&
               offsetof(ObjectRecord, triangle_count) == 56 && offsetof(ObjectRecord, cells) == 72 &&
-              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, block256_count) == 104 &&
+              offsetof(ObjectRecord, tree_section) == 96 && offsetof(ObjectRecord, block_counts) == 104 &&
               offsetof(ObjectRecord, nodes_unfolded) == 128 && offsetof(ObjectRecord, method_parameters) == 152 &&
               offsetof(ObjectRecord, statistical_cells) == 184 && offsetof(ObjectRecord, audit_lines) == 192 &&
               offsetof(ObjectRecord, audit_bound_95) == 224 && offsetof(ObjectRecord, guard_band) == 228 &&

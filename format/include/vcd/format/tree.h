@@ -2,6 +2,7 @@
 // Normative text: spec/vcd-format.md, "TREE section".
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -15,48 +16,53 @@ namespace vcd {
 inline constexpr uint32_t kMinDepth = 1;
 inline constexpr uint32_t kMaxDepth = 8;
 
-inline constexpr size_t kBrickBytes = 64;      // 256 cells × 2 bits
-inline constexpr size_t kBlock16Words = 16;    // 64 bytes
-inline constexpr size_t kBlock256Words = 256;  // 1024 bytes
+inline constexpr size_t kBrickBytes = 64;  // 256 cells × 2 bits
+inline constexpr size_t kBlockWords = 16;
+inline constexpr size_t kBlockBytes = kBlockWords * 4;
+
+// Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
+inline constexpr uint32_t kUniformBlocks = 3;
 
 // How many levels each part of the tree resolves, for an object of the given depth (1 … 8).
 // Depth 1 is stored as depth 2 with every cell repeated, so a brick always holds two levels.
 struct TreeShape {
-  uint32_t levels;      // stored levels, max(depth, 2)
-  uint32_t top_levels;  // 0 … 3
-  bool has_blocks256;   // a 256-way block (two levels) below the top table
-  bool has_blocks16;    // a 16-way block (one level) below that
+  uint32_t levels;        // stored levels, max(depth, 2)
+  uint32_t top_levels;    // 0 … 3
+  uint32_t block_levels;  // 0 … 3: between the top table and the bricks, a block of 16 words resolves one level
 
   constexpr uint32_t top_words() const { return kFacePairs << (4 * top_levels); }  // without the spare slot
   constexpr uint64_t top_bytes() const { return ((uint64_t{top_words()} + 1) * 4 + 63) & ~uint64_t{63}; }
-  constexpr uint64_t bytes(uint64_t block256_count, uint64_t block16_count, uint64_t brick_count) const {
-    return top_bytes() + block256_count * kBlock256Words * 4 + block16_count * kBlock16Words * 4 +
-           brick_count * kBrickBytes;
+  constexpr uint64_t bytes(const std::array<uint32_t, kMostBlockLevels>& block_counts, uint64_t brick_count) const {
+    uint64_t sum = top_bytes() + brick_count * kBrickBytes;
+    for (const uint64_t count : block_counts) sum += count * kBlockBytes;
+    return sum;
+  }
+  // Of a tree with nothing but uniform blocks.
+  constexpr uint64_t least_bytes() const {
+    return top_bytes() + (block_levels * kBlockBytes + kBrickBytes) * kUniformBlocks;
   }
   constexpr uint64_t cells() const { return uint64_t{kFacePairs} << (4 * levels); }
 };
 constexpr TreeShape tree_shape(uint32_t depth) {
   const uint32_t levels = depth < 2 ? 2 : depth;
   const uint32_t top = levels - 2 < 3 ? levels - 2 : 3;
-  return {levels, top, levels >= 7, levels == 6 || levels == 8};
+  return {levels, top, levels - 2 - top};
 }
 
-// Index 0, 1 and 2 of every pool is the uniform clear, blocked and unclassified block.
-inline constexpr uint32_t kUniformBlocks = 3;
-
-// A tree in place. Every word of top is an index into the next pool that the shape has, every word of that pool into
-// the next, and the last into bricks. In a file all arrays are 64-byte aligned, so that a brick is one cache line.
+// A tree in place. Every word of the top table is an index into the first pool of blocks that the shape has, every word
+// of that pool into the next, and the last into bricks. In a file all arrays are 64-byte aligned, so that a block or a
+// brick is one cache line.
 struct TreeView {
   TreeShape shape{};
-  const uint32_t* top = nullptr;        // top_words() words, and one spare word that is 0: lines that miss the box
-  const uint32_t* blocks256 = nullptr;  // count * 256 words
-  const uint32_t* blocks16 = nullptr;   // count * 16 words
-  const uint8_t* bricks = nullptr;      // count * 64 bytes
-  uint64_t block256_count = 0;
-  uint64_t block16_count = 0;
-  uint64_t brick_count = 0;
+  const uint32_t* top = nullptr;  // top_words() words, and one spare word that is 0: lines that miss the box
+  std::array<const uint32_t*, kMostBlockLevels> blocks{};  // of the first shape.block_levels: count * 16 words
+  const uint8_t* bricks = nullptr;                         // count * 64 bytes
+  std::array<uint32_t, kMostBlockLevels> block_counts{};   // 0 beyond shape.block_levels
+  uint32_t brick_count = 0;
   const uint8_t* clearances = nullptr;  // kClearanceBytes bytes, 4-byte aligned; null: none are known
   AnswerTable answers = answer_table(Trust::proofs);
+
+  constexpr uint64_t bytes() const { return shape.bytes(block_counts, brick_count); }
 };
 
 // The classes that an object's record counts cells of.
@@ -91,13 +97,9 @@ inline CellClass brick_cell(const uint8_t* brick, uint32_t cell) {
                                                         const LineCell& line) {
   uint32_t index = tree.top[slot];
   uint32_t low = 8 - shape.top_levels;  // bits of each coordinate that are left
-  if (shape.has_blocks256) {
-    low -= 2;
-    index = tree.blocks256[size_t{index} * kBlock256Words + row_major(line.s, line.t, line.u, line.v, low, 2)];
-  }
-  if (shape.has_blocks16) {
+  for (uint32_t k = 0; k < shape.block_levels; ++k) {
     low -= 1;
-    index = tree.blocks16[size_t{index} * kBlock16Words + row_major(line.s, line.t, line.u, line.v, low, 1)];
+    index = tree.blocks[k][size_t{index} * kBlockWords + row_major(line.s, line.t, line.u, line.v, low, 1)];
   }
   const uint8_t* brick = tree.bricks + size_t{index} * kBrickBytes;
   return brick_cell(brick, row_major(line.s, line.t, line.u, line.v, low - 2, 2));
