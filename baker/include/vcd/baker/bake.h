@@ -32,6 +32,7 @@ enum class BakePass : uint8_t {
   clearances,  // measures the empty space below the box's faces
   audit,       // holds answers of the tree against exact arithmetic
 };
+const char* name_of(BakePass pass);  // "hierarchy": a static string
 
 struct BakeProgress {
   double fraction;  // of the pass `divide` or `classify`, 0 … 1
