@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <vcd/runtime/counting.h>
 #include <vcd/runtime/from_c.h>
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
@@ -95,6 +96,10 @@ vcd::SceneInstance translate(const vcd_instance& from) {
   }
   instance.mask = mask_of(from.mask);
   return instance;
+}
+
+void add(vcd_answer_counts* counts, const vcd::AnswerCounts& more) {
+  counts->clear += more.clear, counts->blocked += more.blocked, counts->unclassified += more.unclassified;
 }
 
 template <class Bundle>
@@ -252,6 +257,13 @@ vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_ob
   return VCD_ERROR_RUNTIME;
 }
 
+size_t vcd_store_size(const vcd_store* store) { return store->store.size(); }
+
+const char* vcd_store_passed_over(const vcd_store* store, size_t index) {
+  const auto& errors = store->store.passed_over();
+  return index < errors.size() ? errors[index].message.c_str() : nullptr;
+}
+
 const char* vcd_object_name(const vcd_object* object, size_t* length) {
   const std::string_view name = object->object.name();
   if (length) *length = name.size();
@@ -284,6 +296,19 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
                          uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
+}
+
+void vcd_count_answers(vcd_answer_counts* counts, const uint8_t* answers, size_t count) {
+  vcd::AnswerCounts more;
+  more.add(std::span(reinterpret_cast<const vcd::Visibility*>(answers), count));
+  add(counts, more);
+}
+
+void vcd_count_bundle(vcd_answer_counts* counts, const uint64_t* blocked, const uint64_t* unclassified, size_t count) {
+  const size_t words = (count + 63) / 64;
+  vcd::AnswerCounts more;
+  more.add(count, {blocked, words}, {unclassified, words});
+  add(counts, more);
 }
 
 int vcd_object_has_horizons(const vcd_object* object) { return object->object.has_horizons(); }
