@@ -134,7 +134,7 @@ class Install(unittest.TestCase):
 
     def test_programs_and_headers_are_there(self):
         for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):
-            self.assertIn("vcd 0.", run(self.prefix / "bin" / program, "--version"))
+            self.assertIn("vcd 1.", run(self.prefix / "bin" / program, "--version"))
         headers = {str(p.relative_to(self.prefix / "include")) for p in (self.prefix / "include").rglob("*.h")}
         self.assertIn("vcd/runtime/vcd.h", headers)
         self.assertIn("vcd/runtime/embree.h", headers)
