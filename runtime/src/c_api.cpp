@@ -62,7 +62,7 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
 }
 
 vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd_error* error) {
-  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  if (!opened) return fail(error, opened.error());
   try {
     auto* handle = new vcd_sidecar{std::move(*opened), {}};
     *out = handle;
@@ -96,6 +96,12 @@ vcd::SceneInstance translate(const vcd_instance& from) {
   }
   instance.mask = mask_of(from.mask);
   return instance;
+}
+
+vcd::GeometryHash hash_of(const uint8_t bytes[16]) {
+  vcd::GeometryHash hash;
+  std::memcpy(hash.data(), bytes, hash.size());
+  return hash;
 }
 
 void add(vcd_answer_counts* counts, const vcd::AnswerCounts& more) {
@@ -206,9 +212,7 @@ const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* nam
 }
 
 const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]) {
-  std::array<uint8_t, 16> bytes;
-  std::memcpy(bytes.data(), hash, bytes.size());
-  return handle_of(sidecar, sidecar->sidecar.find(bytes));
+  return handle_of(sidecar, sidecar->sidecar.find(hash_of(hash)));
 }
 
 vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd_error* error) try {
@@ -218,7 +222,7 @@ vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd
   const vcd::IndexBuffer faces{mesh->indices, mesh->face_count, mesh->corners ? mesh->corners : 3,
                                mesh->index_size ? mesh->index_size : 4, mesh->index_stride};
   const auto found = vcd::geometry_hash(positions, faces);
-  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  if (!found) return fail(error, found.error());
   std::memcpy(hash, found->data(), found->size());
   return VCD_SUCCESS;
 } catch (...) {
@@ -233,7 +237,7 @@ vcd_result vcd_store_open(const char* const* folders, size_t count, const vcd_op
   if (!usable(options)) return fail(error, VCD_ERROR_USAGE, kWrongOptions);
   const std::vector<std::filesystem::path> paths(folders, folders + count);
   auto opened = vcd::SidecarStore::open(paths, translate(options));
-  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  if (!opened) return fail(error, opened.error());
   *store = new vcd_store{std::move(*opened)};
   return VCD_SUCCESS;
 } catch (...) {
@@ -245,10 +249,8 @@ void vcd_store_close(vcd_store* store) { delete store; }
 vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_object** object, vcd_error* error) try {
   if (!store || !hash || !object) return fail(error, VCD_ERROR_USAGE, "store, hash or object is null");
   *object = nullptr;
-  vcd::GeometryHash geometry;
-  std::memcpy(geometry.data(), hash, geometry.size());
-  const auto found = store->store.find(geometry);
-  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  const auto found = store->store.find(hash_of(hash));
+  if (!found) return fail(error, found.error());
   if (!*found) return VCD_SUCCESS;
   const std::lock_guard lock(store->mutex);
   *object = &store->objects.try_emplace(&(*found)->record(), vcd_object{**found}).first->second;
@@ -388,7 +390,7 @@ vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const ch
     all.push_back(translate(from));
   }
   auto built = vcd::Scene::build(all, kernel ? kernel : "");
-  if (!built) return fail(error, static_cast<vcd_result>(built.error().code), built.error().message);
+  if (!built) return fail(error, built.error());
   *scene = new vcd_scene{std::move(*built)};
   return VCD_SUCCESS;
 } catch (...) {
@@ -401,7 +403,7 @@ vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd
   static_assert(sizeof(vcd::Transform) == 12 * sizeof(float));
   const std::span transforms(reinterpret_cast<const vcd::Transform*>(to_world), scene->scene.size());
   const auto refused = scene->scene.set_transforms(transforms);
-  return refused ? fail(error, static_cast<vcd_result>(refused->code), refused->message) : VCD_SUCCESS;
+  return refused ? fail(error, *refused) : VCD_SUCCESS;
 }
 
 vcd_instance_use vcd_scene_use(const vcd_scene* scene, uint32_t instance) {

@@ -36,7 +36,7 @@ struct SidecarOptions {
   // Of a file with one of the meshes alone; 0: no limit, but 4 MiB where the depth is 0.
   uint64_t budget_bytes = 0;
   double budget_seconds = 0;  // of each mesh; 0: no limit. What is not classified in time is unclassified
-  unsigned threads = 0;       // 0: all
+  unsigned threads = 0;       // 0: all; else TBB has at most so many meanwhile, in the whole process
   bool hierarchy = true;      // keeps the triangles, so that a renderer needs no BVH of its own: some 35 bytes each
   bool horizons = false;      // for rays that start on the object: 12 bytes a triangle
   // Fresh lines that are judged in exact arithmetic after the bake, each mesh; the file says how many were wrong. 0: no
@@ -54,7 +54,7 @@ struct SidecarOptions {
 // Bakes the meshes and writes their sidecar to `path`, which belongs to the old file or to the whole new one at any
 // time. Returns the file's size. The same meshes and options give the same bytes, unless budget_seconds ended a bake.
 //
-// Errors, which name the mesh or the file: usage (an option, an index or a position out of range); invalid_file (a mesh
+// Errors: usage (an option, an index or a position out of range); invalid_file (a mesh
 // has no triangle with an area); unsupported (a mesh too large or too small for 32-bit floats); io; difference (the
 // audit found a wrong proof: a fault of vcd); runtime (out of memory, or stopped). An error leaves the old file.
 //
