@@ -271,6 +271,12 @@ BakeOptions with_budget(BakeOptions options) {
 
 }  // namespace
 
+const char* name_of(BakePass pass) {
+  constexpr const char* kNames[] = {"hierarchy", "horizons", "trace",      "plan", "divide",
+                                    "classify",  "demote",   "clearances", "audit"};
+  return kNames[static_cast<size_t>(pass)];
+}
+
 Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try {
   const Deadline deadline(all_options.budget_seconds);
   if (all_options.method == Method::none) return Error{ErrorCode::usage, "method none has nothing to plan"};

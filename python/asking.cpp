@@ -11,49 +11,11 @@
 #include <vcd/runtime/sidecar.h>
 
 #include "arrays.h"
+#include "asking.h"
 #include "module.h"
 #include "records.h"
 
 namespace vcd::python {
-namespace {
-
-struct OpenFile {
-  Sidecar sidecar;
-  py::object buffer;  // that it was opened from, if it was
-};
-using File = std::shared_ptr<OpenFile>;
-
-// What asks needs its file alive: every object keeps it.
-struct FileObject {
-  File file;
-  Object object;
-};
-
-struct OpenScene {
-  Scene scene;
-  std::vector<FileObject> objects;
-};
-
-template <class Enum>
-struct Named {
-  const char* name;
-  Enum value;
-};
-
-template <class Enum, size_t kCount>
-Enum value_named(const Named<Enum> (&all)[kCount], const std::string& name, const char* what) {
-  std::string known;
-  for (const Named<Enum>& one : all) {
-    if (name == one.name) return one.value;
-    known += (known.empty() ? "\"" : ", \"") + std::string(one.name) + "\"";
-  }
-  throw py::value_error(std::string(what) + ": one of " + known + "; got \"" + name + "\"");
-}
-
-From from_named(const std::string& name) {
-  constexpr Named<From> kAll[] = {{"outside", From::outside}, {"inside", From::inside}, {"self", From::self}};
-  return value_named(kAll, name, "start");
-}
 
 OpenOptions options_of(bool proven_only, bool copy, const std::string& check, const std::string& look_up,
                        const std::string& kernel) {
@@ -68,6 +30,24 @@ OpenOptions options_of(bool proven_only, bool copy, const std::string& check, co
   options.look_up = value_named(kLookUps, look_up, "look_up");
   options.kernel = kernel;
   return options;
+}
+
+namespace {
+
+struct OpenFile {
+  Sidecar sidecar;
+  py::object buffer;  // that it was opened from, if it was
+};
+using File = std::shared_ptr<OpenFile>;
+
+struct OpenScene {
+  Scene scene;
+  std::vector<OpenObject> objects;
+};
+
+From from_named(const std::string& name) {
+  constexpr Named<From> kAll[] = {{"outside", From::outside}, {"inside", From::inside}, {"self", From::self}};
+  return value_named(kAll, name, "start");
 }
 
 File open_file(const py::object& source, bool proven_only, bool copy, const std::string& check,
@@ -94,23 +74,23 @@ File open_file(const py::object& source, bool proven_only, bool copy, const std:
   return std::make_shared<OpenFile>(OpenFile{value_or_raise(std::move(sidecar)), view});
 }
 
-FileObject object_at(const File& file, py::ssize_t index) {
+OpenObject object_at(const File& file, py::ssize_t index) {
   const auto count = static_cast<py::ssize_t>(file->sidecar.object_count());
   if (index < 0) index += count;
   if (index < 0 || index >= count) throw py::index_error("no such object");
   return {file, file->sidecar.object(static_cast<size_t>(index))};
 }
 
-FileObject object_named(const File& file, const std::string& name) {
+OpenObject object_named(const File& file, const std::string& name) {
   const auto object = file->sidecar.find(name);
   if (!object) throw py::key_error(name);
   return {file, *object};
 }
 
-std::optional<FileObject> object_of_hash(const File& file, const py::bytes& hash) {
+std::optional<OpenObject> object_of_hash(const File& file, const py::bytes& hash) {
   const auto object = file->sidecar.find(hash_of(hash));
   if (!object) return {};
-  return FileObject{file, *object};
+  return OpenObject{file, *object};
 }
 
 size_t words(size_t count) { return (count + 63) / 64; }
@@ -153,12 +133,12 @@ void require_hierarchy(bool has) {
     throw py::value_error("occluded() needs the hierarchy of each object, and one was baked without: see classify()");
 }
 
-py::array_t<uint8_t> classify(const FileObject& self, const py::array& segments) {
+py::array_t<uint8_t> classify(const OpenObject& self, const py::array& segments) {
   const auto asked = segments_of(segments);
   return answers_of(asked.size(), [&](std::span<Visibility> answers) { self.object.classify(asked, answers); });
 }
 
-py::array_t<bool> occluded(const FileObject& self, const py::array& segments, const std::string& start) {
+py::array_t<bool> occluded(const OpenObject& self, const py::array& segments, const std::string& start) {
   require_hierarchy(self.object.has_hierarchy());
   const auto asked = segments_of(segments);
   const From from = from_named(start);
@@ -173,13 +153,13 @@ struct ArrayBundle {
 };
 
 template <class Bundle>
-py::array_t<uint8_t> classify_bundle(const FileObject& self, const ArrayBundle<Bundle>& asked) {
+py::array_t<uint8_t> classify_bundle(const OpenObject& self, const ArrayBundle<Bundle>& asked) {
   return bundle_answers(asked.bundle.size(),
                         [&](auto blocked, auto left) { self.object.classify(asked.bundle, blocked, left); });
 }
 
 template <class Bundle>
-py::array_t<bool> bundle_occluded(const FileObject& self, const ArrayBundle<Bundle>& asked, const std::string& start) {
+py::array_t<bool> bundle_occluded(const OpenObject& self, const ArrayBundle<Bundle>& asked, const std::string& start) {
   require_hierarchy(self.object.has_hierarchy());
   const From from = from_named(start);
   return blocked_of(asked.bundle.size(),
@@ -240,7 +220,7 @@ std::span<const Transform> transforms_of(const py::array& to_world, size_t count
   return {reinterpret_cast<const Transform*>(floats.data()), count};
 }
 
-OpenScene build_scene(const std::vector<FileObject>& objects, const py::array& to_world,
+OpenScene build_scene(const std::vector<OpenObject>& objects, const py::array& to_world,
                       const std::optional<py::array>& masks, const std::string& kernel) {
   const auto transforms = transforms_of(to_world, objects.size());
   std::span<const uint32_t> bits;
@@ -310,7 +290,7 @@ py::array_t<bool> scene_bundle_occluded(const OpenScene& self, const ArrayBundle
 }
 
 template <class Bundle, class Make, class... Arguments>
-void define_bundle(py::module_& module, py::class_<FileObject>& object, py::class_<OpenScene>& scene, const char* name,
+void define_bundle(py::module_& module, py::class_<OpenObject>& object, py::class_<OpenScene>& scene, const char* name,
                    const char* doc, Make&& make, Arguments&&... arguments) {
   py::class_<ArrayBundle<Bundle>>(module, name, doc)
       .def(py::init(make), arguments...)
@@ -322,19 +302,19 @@ void define_bundle(py::module_& module, py::class_<FileObject>& object, py::clas
             py::arg("origin") = py::none());
 }
 
-py::class_<FileObject> define_object(py::module_& module) {
-  py::class_<FileObject> object(module, "Object", "One object of an open sidecar. Keeps the sidecar open.");
+py::class_<OpenObject> define_object(py::module_& module) {
+  py::class_<OpenObject> object(module, "Object", "One object of an open sidecar. Keeps the sidecar open.");
   object
       .def_property_readonly(
-          "name", [](const FileObject& self) { return self.object.name(); }, "As in the file; may be empty.")
+          "name", [](const OpenObject& self) { return self.object.name(); }, "As in the file; may be empty.")
       .def_property_readonly(
-          "record", [](const FileObject& self) { return record_of(self.object.record(), self.object.name()); },
+          "record", [](const OpenObject& self) { return record_of(self.object.record(), self.object.name()); },
           "A Record: box, depth, method, hash, counts.")
       .def_property_readonly(
-          "answers", [](const FileObject& self) { return self.object.answers(); },
+          "answers", [](const OpenObject& self) { return self.object.answers(); },
           "False: every segment is unclassified, so that there is no need to ask.")
       .def_property_readonly(
-          "has_hierarchy", [](const FileObject& self) { return self.object.has_hierarchy(); },
+          "has_hierarchy", [](const OpenObject& self) { return self.object.has_hierarchy(); },
           "Whether the file holds the triangles, which occluded() needs.")
       .def("classify", &classify, py::arg("segments"),
            "What look-ups say of each segment: (n, 8) float32 in, (n,) uint8 of Visibility out.\n\n"

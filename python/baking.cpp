@@ -98,12 +98,6 @@ Method method_named(const std::string& name) {
   throw py::value_error("method: one of \"hybrid\", \"proven\", \"sampled\", \"none\"; got \"" + name + "\"");
 }
 
-const char* name_of(baker::BakePass pass) {
-  constexpr const char* kNames[] = {"hierarchy", "horizons", "trace",      "plan", "divide",
-                                    "classify",  "demote",   "clearances", "audit"};
-  return kNames[static_cast<size_t>(pass)];
-}
-
 // A bake in a thread of its own. The caller's thread waits for it without the GIL, and calls Python now and then: so
 // Ctrl-C and what `progress` raises end the bake.
 class RunningBake {
@@ -341,5 +335,6 @@ void define_baking(py::module_& module) {
 PYBIND11_MODULE(_native, module) {
   module.doc() = "The compiled part of vcd.";
   vcd::python::define_asking(module);
+  vcd::python::define_store(module);
   vcd::python::define_baking(module);
 }

@@ -1,4 +1,4 @@
-// The two halves of the module.
+// The parts of the module.
 #pragma once
 
 #include <pybind11/pybind11.h>
@@ -6,6 +6,7 @@
 namespace vcd::python {
 
 void define_asking(pybind11::module_& module);  // sidecars, objects, bundles, scenes
+void define_store(pybind11::module_& module);   // folders of sidecars
 void define_baking(pybind11::module_& module);  // meshes, bakes, files, verification
 
 }  // namespace vcd::python

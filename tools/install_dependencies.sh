@@ -15,7 +15,7 @@ build=(
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libpugixml-dev
 )
 test=(
-  libgtest-dev libboost-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge
+  libgtest-dev libboost-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge abigail-tools
 )
 lab=(
   libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium

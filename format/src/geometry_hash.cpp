@@ -19,30 +19,6 @@ uint32_t index_at(const std::byte* at, uint32_t size) {
   return wide;
 }
 
-std::vector<Position> gather(const PositionBuffer& buffer) {
-  std::vector<Position> positions(buffer.count);
-  const auto* first = static_cast<const std::byte*>(buffer.first);
-  for (size_t i = 0; i < buffer.count; ++i) std::memcpy(&positions[i], first + i * buffer.stride, sizeof(Position));
-  return positions;
-}
-
-std::vector<TriangleIndices> gather(const IndexBuffer& faces) {
-  std::vector<TriangleIndices> triangles;
-  triangles.reserve(faces.count * (faces.corners - 2));
-  const size_t stride = faces.stride ? faces.stride : size_t{faces.corners} * faces.index_size;
-  const auto* face = static_cast<const std::byte*>(faces.first);
-  for (size_t i = 0; i < faces.count; ++i, face += stride) {
-    const auto corner = [&](uint32_t n) { return index_at(face + size_t{n} * faces.index_size, faces.index_size); };
-    if (faces.corners == 3) {
-      triangles.push_back({corner(0), corner(1), corner(2)});
-    } else {
-      triangles.push_back({corner(0), corner(1), corner(3)});
-      triangles.push_back({corner(2), corner(3), corner(1)});
-    }
-  }
-  return triangles;
-}
-
 Result<GeometryHash> hash_of(std::vector<Position>&& positions, std::vector<TriangleIndices>&& triangles) {
   if (!is_sound(positions, triangles))
     return Error{ErrorCode::usage, "mesh: a position is not finite, or an index is too large"};
@@ -63,10 +39,38 @@ Result<GeometryHash> guarded(Run&& run) {
 
 }  // namespace
 
-Result<GeometryHash> geometry_hash(const PositionBuffer& positions, const IndexBuffer& faces) {
+std::vector<Position> positions_of(const PositionBuffer& buffer) {
+  std::vector<Position> positions(buffer.count);
+  const auto* first = static_cast<const std::byte*>(buffer.first);
+  for (size_t i = 0; i < buffer.count; ++i) std::memcpy(&positions[i], first + i * buffer.stride, sizeof(Position));
+  return positions;
+}
+
+Result<std::vector<TriangleIndices>> triangles_of(const IndexBuffer& faces) {
   if ((faces.corners != 3 && faces.corners != 4) || (faces.index_size != 2 && faces.index_size != 4))
     return Error{ErrorCode::usage, "faces: they have 3 or 4 corners, and indices of 2 or 4 bytes"};
-  return guarded([&] { return hash_of(gather(positions), gather(faces)); });
+  std::vector<TriangleIndices> triangles;
+  triangles.reserve(faces.count * (faces.corners - 2));
+  const size_t stride = faces.stride ? faces.stride : size_t{faces.corners} * faces.index_size;
+  const auto* face = static_cast<const std::byte*>(faces.first);
+  for (size_t i = 0; i < faces.count; ++i, face += stride) {
+    const auto corner = [&](uint32_t n) { return index_at(face + size_t{n} * faces.index_size, faces.index_size); };
+    if (faces.corners == 3) {
+      triangles.push_back({corner(0), corner(1), corner(2)});
+    } else {
+      triangles.push_back({corner(0), corner(1), corner(3)});
+      triangles.push_back({corner(2), corner(3), corner(1)});
+    }
+  }
+  return triangles;
+}
+
+Result<GeometryHash> geometry_hash(const PositionBuffer& positions, const IndexBuffer& faces) {
+  return guarded([&]() -> Result<GeometryHash> {
+    auto triangles = triangles_of(faces);
+    if (!triangles) return triangles.error();
+    return hash_of(positions_of(positions), std::move(*triangles));
+  });
 }
 
 Result<GeometryHash> geometry_hash(std::span<const Position> positions, std::span<const TriangleIndices> triangles) {

@@ -15,16 +15,18 @@ Do not write to an array while a call reads it.
 """
 import numpy as _numpy
 
-from ._native import (Baked, Mesh, Object, PointBundle, QuadBundle, Scene, Sidecar, SphereBundle, bake, geometry_hash,
-                      kernels, open, prepare, sidecar_bytes, verify, version, write)
+from ._native import (Baked, Mesh, Object, PointBundle, QuadBundle, Scene, Sidecar, SidecarStore, SphereBundle, bake,
+                      geometry_hash, kernels, open, prepare, sidecar_bytes, verify, version, write)
+from .counting import AnswerCounts, Counting
 from .records import (Audit, AuditCounts, Contradiction, DepthForecast, Difference, Error, FileError, InvalidFile,
                       Issue, Plan, Record, Unsupported, UsageError, Verification, Visibility)
 
 __version__ = version()
-__all__ = ["Audit", "AuditCounts", "Baked", "Contradiction", "DepthForecast", "Difference", "Error", "FileError",
-           "InvalidFile", "Issue", "Mesh", "Object", "Plan", "PointBundle", "QuadBundle", "Record", "Scene", "Sidecar",
-           "SphereBundle", "Unsupported", "UsageError", "Verification", "Visibility", "bake", "geometry_hash",
-           "kernels", "open", "prepare", "segments", "sidecar_bytes", "verify", "version", "write"]
+__all__ = ["AnswerCounts", "Audit", "AuditCounts", "Baked", "Contradiction", "Counting", "DepthForecast",
+           "Difference", "Error", "FileError", "InvalidFile", "Issue", "Mesh", "Object", "Plan", "PointBundle",
+           "QuadBundle", "Record", "Scene", "Sidecar", "SidecarStore", "SphereBundle", "Unsupported", "UsageError",
+           "Verification", "Visibility", "bake", "geometry_hash", "kernels", "open", "prepare", "segments",
+           "sidecar_bytes", "verify", "version", "write"]
 
 
 def segments(origin: "_numpy.typing.ArrayLike", direction: "_numpy.typing.ArrayLike",

@@ -47,7 +47,7 @@ vcd_result vcd_recorder_build(const vcd_recorded_instance* instances, size_t cou
       all.push_back(translate_instance(from));
     }
     auto built = vcd::Recorder::build(all, most == 0 ? vcd::Recorder::kDefaultMost : most);
-    if (!built) return fail(error, static_cast<vcd_result>(built.error().code), built.error().message);
+    if (!built) return fail(error, built.error());
     *recorder = new vcd_recorder{std::move(*built)};
     return VCD_SUCCESS;
   } catch (const std::bad_alloc&) {
@@ -82,7 +82,7 @@ void vcd_recorder_asked_point(vcd_recorder_thread* thread, const vcd_point_bundl
 vcd_result vcd_recorder_write(const vcd_recorder* recorder, const char* path, vcd_error* error) try {
   if (!path) return fail(error, VCD_ERROR_USAGE, "path is null");
   const auto written = vcd::write_demand(path, recorder->recorder.demand());
-  if (!written) return fail(error, static_cast<vcd_result>(written.error().code), written.error().message);
+  if (!written) return fail(error, written.error());
   return VCD_SUCCESS;
 } catch (const std::bad_alloc&) {
   return fail(error, VCD_ERROR_RUNTIME, "out of memory");

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <vcd/runtime/counting.h>
 #include <vcd/runtime/from_c.h>
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
@@ -61,7 +62,7 @@ vcd::OpenOptions translate(const vcd_open_options* options) {
 }
 
 vcd_result finish(vcd::Result<vcd::Sidecar> opened, const vcd_sidecar** out, vcd_error* error) {
-  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  if (!opened) return fail(error, opened.error());
   try {
     auto* handle = new vcd_sidecar{std::move(*opened), {}};
     *out = handle;
@@ -95,6 +96,16 @@ vcd::SceneInstance translate(const vcd_instance& from) {
   }
   instance.mask = mask_of(from.mask);
   return instance;
+}
+
+vcd::GeometryHash hash_of(const uint8_t bytes[16]) {
+  vcd::GeometryHash hash;
+  std::memcpy(hash.data(), bytes, hash.size());
+  return hash;
+}
+
+void add(vcd_answer_counts* counts, const vcd::AnswerCounts& more) {
+  counts->clear += more.clear, counts->blocked += more.blocked, counts->unclassified += more.unclassified;
 }
 
 template <class Bundle>
@@ -201,9 +212,7 @@ const vcd_object* vcd_object_by_name(const vcd_sidecar* sidecar, const char* nam
 }
 
 const vcd_object* vcd_object_by_hash(const vcd_sidecar* sidecar, const uint8_t hash[16]) {
-  std::array<uint8_t, 16> bytes;
-  std::memcpy(bytes.data(), hash, bytes.size());
-  return handle_of(sidecar, sidecar->sidecar.find(bytes));
+  return handle_of(sidecar, sidecar->sidecar.find(hash_of(hash)));
 }
 
 vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd_error* error) try {
@@ -213,7 +222,7 @@ vcd_result vcd_geometry_hash(const vcd_mesh_buffers* mesh, uint8_t hash[16], vcd
   const vcd::IndexBuffer faces{mesh->indices, mesh->face_count, mesh->corners ? mesh->corners : 3,
                                mesh->index_size ? mesh->index_size : 4, mesh->index_stride};
   const auto found = vcd::geometry_hash(positions, faces);
-  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  if (!found) return fail(error, found.error());
   std::memcpy(hash, found->data(), found->size());
   return VCD_SUCCESS;
 } catch (...) {
@@ -228,7 +237,7 @@ vcd_result vcd_store_open(const char* const* folders, size_t count, const vcd_op
   if (!usable(options)) return fail(error, VCD_ERROR_USAGE, kWrongOptions);
   const std::vector<std::filesystem::path> paths(folders, folders + count);
   auto opened = vcd::SidecarStore::open(paths, translate(options));
-  if (!opened) return fail(error, static_cast<vcd_result>(opened.error().code), opened.error().message);
+  if (!opened) return fail(error, opened.error());
   *store = new vcd_store{std::move(*opened)};
   return VCD_SUCCESS;
 } catch (...) {
@@ -240,16 +249,21 @@ void vcd_store_close(vcd_store* store) { delete store; }
 vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_object** object, vcd_error* error) try {
   if (!store || !hash || !object) return fail(error, VCD_ERROR_USAGE, "store, hash or object is null");
   *object = nullptr;
-  vcd::GeometryHash geometry;
-  std::memcpy(geometry.data(), hash, geometry.size());
-  const auto found = store->store.find(geometry);
-  if (!found) return fail(error, static_cast<vcd_result>(found.error().code), found.error().message);
+  const auto found = store->store.find(hash_of(hash));
+  if (!found) return fail(error, found.error());
   if (!*found) return VCD_SUCCESS;
   const std::lock_guard lock(store->mutex);
   *object = &store->objects.try_emplace(&(*found)->record(), vcd_object{**found}).first->second;
   return VCD_SUCCESS;
 } catch (...) {
   return VCD_ERROR_RUNTIME;
+}
+
+size_t vcd_store_size(const vcd_store* store) { return store->store.size(); }
+
+const char* vcd_store_passed_over(const vcd_store* store, size_t index) {
+  const auto& errors = store->store.passed_over();
+  return index < errors.size() ? errors[index].message.c_str() : nullptr;
 }
 
 const char* vcd_object_name(const vcd_object* object, size_t* length) {
@@ -284,6 +298,19 @@ void vcd_classify_sphere(const vcd_object* object, const vcd_sphere_bundle* bund
                          uint64_t* unclassified) {
   const size_t words = (bundle->count + 63) / 64;
   object->object.classify(translate(*bundle), {blocked, words}, {unclassified, words});
+}
+
+void vcd_count_answers(vcd_answer_counts* counts, const uint8_t* answers, size_t count) {
+  vcd::AnswerCounts more;
+  more.add(std::span(reinterpret_cast<const vcd::Visibility*>(answers), count));
+  add(counts, more);
+}
+
+void vcd_count_bundle(vcd_answer_counts* counts, const uint64_t* blocked, const uint64_t* unclassified, size_t count) {
+  const size_t words = (count + 63) / 64;
+  vcd::AnswerCounts more;
+  more.add(count, {blocked, words}, {unclassified, words});
+  add(counts, more);
 }
 
 int vcd_object_has_horizons(const vcd_object* object) { return object->object.has_horizons(); }
@@ -363,7 +390,7 @@ vcd_result vcd_scene_build(const vcd_instance* instances, size_t count, const ch
     all.push_back(translate(from));
   }
   auto built = vcd::Scene::build(all, kernel ? kernel : "");
-  if (!built) return fail(error, static_cast<vcd_result>(built.error().code), built.error().message);
+  if (!built) return fail(error, built.error());
   *scene = new vcd_scene{std::move(*built)};
   return VCD_SUCCESS;
 } catch (...) {
@@ -376,7 +403,7 @@ vcd_result vcd_scene_set_transforms(vcd_scene* scene, const float* to_world, vcd
   static_assert(sizeof(vcd::Transform) == 12 * sizeof(float));
   const std::span transforms(reinterpret_cast<const vcd::Transform*>(to_world), scene->scene.size());
   const auto refused = scene->scene.set_transforms(transforms);
-  return refused ? fail(error, static_cast<vcd_result>(refused->code), refused->message) : VCD_SUCCESS;
+  return refused ? fail(error, *refused) : VCD_SUCCESS;
 }
 
 vcd_instance_use vcd_scene_use(const vcd_scene* scene, uint32_t instance) {

@@ -104,7 +104,7 @@ class VcdFile:
                 "damaged in transfer: bytes 1 to 3 say VCD" if d[1:4] == b"VCD" else "no .vcd file")
         require(len(d) >= 64, "Header", len(d), "the file ends inside the header")
         self.major, self.minor, self.count, size, table_xxh3 = struct.unpack_from("<HHIQQ", d, 8)
-        require(self.major == 2, "Versions", 8, f"major version {self.major}")
+        require(self.major == 1, "Versions", 8, f"major version {self.major}")
         require(xxh3_64(d[:56]) == u64(d, 56), "Header", 56, "header_xxh3 is wrong")
         require(size == len(d), "Header", 16, f"file_size says {size}, the file has {len(d)} bytes")
         self.reserved(32, 24)
@@ -113,8 +113,8 @@ class VcdFile:
         require(xxh3_64(d[64:self.table_end]) == table_xxh3, "Header", 24, "section_table_xxh3 is wrong")
 
     def reserved(self, at, size):
-        """*Reserved fields*: zero in a file of version 2.3; ignored in files of later minor versions."""
-        require(self.minor > 3 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
+        """*Reserved fields*: zero in a file of version 1.0; ignored in files of later minor versions."""
+        require(self.minor > 0 or not any(self.data[at:at + size]), "Reserved fields", at, "reserved field is not zero")
 
     def read_section_table(self):
         """*Section table*: the entries one by one, and the layout."""
@@ -331,8 +331,8 @@ class ObjectRecord:
         self.method_parameters = list(f[28:36])
         self.statistical_cells, self.audit_lines, self.audit_wrong = f[36], list(f[37:39]), list(f[39:41])
         self.audit_bound_95, self.guard_band, self.shift = f[41], f[42], list(f[43:46])
-        require(file.minor > 3 or self.flags < 8, "Reserved fields", at + 14, f"flags {self.flags:#x}")
-        require(file.minor > 3 or reserved == 0, "Reserved fields", at + 120, "of an object")
+        require(file.minor > 0 or self.flags < 8, "Reserved fields", at + 14, f"flags {self.flags:#x}")
+        require(file.minor > 0 or reserved == 0, "Reserved fields", at + 120, "of an object")
         require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
         require(1 <= self.depth <= 8, where, at + 12, f"depth {self.depth}")
         self.check_method(where)

@@ -10,6 +10,7 @@ import unittest
 from assets import write_assets
 
 HERE = pathlib.Path(__file__).resolve().parent
+EXPORTER = HERE.parents[1] / "examples" / "export_sidecar.cpp"
 GOLDEN = HERE.parent / "golden" / "several.vcd"
 FOREIGN = ("embree", "OpenMesh", "draco", "tinygltf", "tbb", "meshopt")
 
@@ -54,25 +55,42 @@ class Install(unittest.TestCase):
         self.assertRegex(run(build / "writes", build / "empty.vcd"), r"^\d+ bytes\n$")
         self.assertIn("0 objects", run(self.prefix / "bin" / "vc-info", build / "empty.vcd"))
 
+    def test_cmake_exporter(self):
+        build = pathlib.Path(self.folder.name) / "exporter"
+        run("cmake", "-S", HERE / "exporter", "-B", build, "-G", "Ninja", f"-DCMAKE_PREFIX_PATH={self.prefix}")
+        run("cmake", "--build", build)
+        self.assert_exports(build / "export_sidecar")
+
+    def test_pkg_config_exporter(self):
+        program, _ = self.build_with("vcd-baker", "c++", "-std=c++20", EXPORTER)
+        self.assert_exports(program)
+
+    def assert_exports(self, program):
+        run(program, program.with_suffix(".vcd"))
+        self.assertIn("pyramid", run(self.prefix / "bin" / "vc-info", program.with_suffix(".vcd")))
+        libraries = run("ldd", program)
+        for name in ("OpenMesh", "meshopt"):  # what only readers of mesh files need
+            self.assertNotIn(name, libraries)
+
     def test_headers_of_the_runtime_allow_fast_math(self):
         run("c++", "-std=c++20", "-Ofast", "-march=native", "-fsyntax-only", f"-I{self.prefix}/include", HERE / "consumer" / "main.cpp")
 
-    def build_in_c(self, package):
+    def build_with(self, package, *compile_source):
         pc = next(self.prefix.rglob(f"{package}.pc"))
         flags = run("pkg-config", "--cflags", "--libs", package, env=dict(os.environ, PKG_CONFIG_PATH=str(pc.parent))).split()
         program = pathlib.Path(self.folder.name) / package
-        run("cc", *self.flags.split(), HERE / "consumer" / "main.c", "-o", program, *flags)
+        run(*compile_source, *self.flags.split(), "-o", program, *flags)
         return program, pc.parent.parent
 
     def test_pkg_config_links_the_shared_library(self):
-        program, libraries = self.build_in_c("vcd")
+        program, libraries = self.build_with("vcd", "cc", HERE / "consumer" / "main.c")
         environment = dict(os.environ, LD_LIBRARY_PATH=str(libraries))
         self.assertEqual(run(program, GOLDEN, env=environment), "4 objects, 0\n")
         self.assertIn(f"libvcd.so.0 => {libraries}/libvcd.so.0", run("ldd", program, env=environment))
         self.assert_links_no_foreigner(program)
 
     def test_pkg_config_links_the_static_libraries(self):
-        program, _ = self.build_in_c("vcd-static")
+        program, _ = self.build_with("vcd-static", "cc", HERE / "consumer" / "main.c")
         self.assertEqual(run(program, GOLDEN), "4 objects, 0\n")
         self.assert_links_no_foreigner(program)
 
@@ -116,11 +134,11 @@ class Install(unittest.TestCase):
 
     def test_programs_and_headers_are_there(self):
         for program in ("vc-bake", "vc-verify", "vc-info", "vc-bench"):
-            self.assertIn("vcd 0.", run(self.prefix / "bin" / program, "--version"))
+            self.assertIn("vcd 1.", run(self.prefix / "bin" / program, "--version"))
         headers = {str(p.relative_to(self.prefix / "include")) for p in (self.prefix / "include").rglob("*.h")}
         self.assertIn("vcd/runtime/vcd.h", headers)
         self.assertIn("vcd/runtime/embree.h", headers)
-        self.assertFalse([h for h in headers if h.startswith("vcd/baker")])
+        self.assertEqual([h for h in headers if h.startswith("vcd/baker")], ["vcd/baker/bake_sidecar.h"])
 
 
 if __name__ == "__main__":

@@ -18,10 +18,15 @@ man --where vc-bake
 
 echo "== libvcd-dev, libvcd0"
 cc "$sources/tests/install/consumer/main.c" -o shared $(pkg-config --cflags --libs vcd)
-./shared ./*.vcd
+./shared ./shrub*.vcd
 ldd shared | grep libvcd
 cc "$sources/tests/install/consumer/main.c" -o static $(pkg-config --cflags --libs vcd-static)
-./static ./*.vcd
+./static ./shrub*.vcd
+
+echo "== libvcd-baker-dev"
+c++ -std=c++20 "$sources/examples/export_sidecar.cpp" -o export_sidecar $(pkg-config --cflags --libs vcd-baker)
+./export_sidecar pyramid.vcd 2>/dev/null
+vc-verify pyramid.vcd
 
 echo "== python3-vcd"
 python3 -c 'import vcd, glob; print(vcd.__file__, vcd.open(glob.glob("*.vcd")[0]))'
@@ -32,6 +37,6 @@ said=$(LD_PRELOAD=libvcd_embree3.so /bin/true 2>&1)  # the loader goes on withou
 ldd /usr/lib/*/libvcd_embree3.so | grep 'libembree3.so.*=> /'
 
 echo "== removed again"
-apt-get purge -y -qq vcd libvcd0 libvcd-dev python3-vcd vcd-embree3 >/dev/null
+apt-get purge -y -qq vcd libvcd0 libvcd-dev libvcd-baker-dev python3-vcd vcd-embree3 >/dev/null
 left=$(find /usr -name '*vcd*' -not -path '*/doc/*' -not -path '/usr/share/mime/*')  # there, vcd is video
 [[ -z $left ]] || { echo "$left" && exit 1; }

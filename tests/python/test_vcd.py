@@ -379,6 +379,75 @@ class Scenes(Case):
             scene.use(1)
 
 
+class Stores(Case):
+    def test_objects_are_found_by_their_geometry(self):
+        (self.folder / "a/b").mkdir(parents=True)
+        vcd.write(self.folder / "a/b/ball.vcd", [self.baked])
+        vcd.write(self.folder / "a/cube.vcd", [vcd.bake(vcd.prepare(CUBE, FACES, name="cube"), depth=2)])
+        (self.folder / "a/damaged.vcd").write_bytes(b"no sidecar")
+        store = vcd.SidecarStore([self.folder], check="canonical")
+        self.assertEqual(len(store), 2)
+        reason, = store.passed_over
+        self.assertIn("damaged.vcd", reason)
+        self.assertIsNone(store.find(bytes(16)))
+        found = [None] * 8
+        threads = [threading.Thread(target=lambda i: found.__setitem__(i, store.find(vcd.geometry_hash(
+            *(ball() if i % 2 else (CUBE, FACES))))), args=(i,)) for i in range(len(found))]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        del store  # its objects keep it
+        self.assertEqual([o.name for o in found], ["cube", "ball"] * 4)
+        segments = random_segments(1000)
+        np.testing.assert_array_equal(found[1].classify(segments), self.ball.classify(segments))
+
+    def test_what_is_wrong_is_told(self):
+        with self.assertRaises(vcd.FileError):
+            vcd.SidecarStore([self.folder / "nowhere"])
+        with self.assertRaises(ValueError):
+            vcd.SidecarStore([self.folder], check="never")
+        with self.assertRaises(ValueError):
+            vcd.SidecarStore([self.folder]).find(b"short")
+        path = self.folder / "ball.vcd"
+        vcd.write(path, [self.baked])
+        store = vcd.SidecarStore([self.folder])
+        path.unlink()
+        with self.assertRaises(vcd.FileError):
+            store.find(self.mesh.geometry_hash)
+
+
+class Counts(Case):
+    def test_what_an_object_answers(self):
+        segments = random_segments(5000)
+        answers = self.ball.classify(segments)
+        counts = vcd.AnswerCounts()
+        counting = vcd.Counting(self.ball, counts)
+        np.testing.assert_array_equal(counting.classify(segments), answers)
+        self.assertEqual([counts.clear, counts.blocked, counts.unclassified],
+                         [int((answers == v).sum()) for v in (CLEAR, BLOCKED, UNCLASSIFIED)])
+        self.assertGreater(min(counts.clear, counts.blocked, counts.unclassified), 0)
+        self.assertEqual((counts.asked, counts.answered), (5000, 5000 - counts.unclassified))
+
+        asked = []
+        dark = counting.occluded(segments, lambda left: asked.append(left) or self.ball.occluded(left))
+        np.testing.assert_array_equal(dark, self.ball.occluded(segments))
+        np.testing.assert_array_equal(asked[0], segments[answers == UNCLASSIFIED])
+        self.assertEqual(counts.asked, 10_000)
+        more = vcd.AnswerCounts(clear=1)
+        more += counts
+        self.assertEqual((more.clear, more.asked), (counts.clear + 1, 10_001))
+
+    def test_what_a_bundle_and_a_scene_answer(self):
+        u = np.linspace(0, 1, 100, dtype=np.float32)
+        counts = vcd.AnswerCounts()
+        vcd.Counting(self.ball, counts).classify(vcd.QuadBundle((0, 0, 3), (-2, -2, -3), (4, 0, 0), (0, 4, 0), u, u))
+        self.assertEqual(counts.asked, 100)
+        scene = vcd.Scene([self.ball], np.eye(3, 4, dtype=np.float32)[None])
+        vcd.Counting(scene, counts).classify(random_segments(50), mask=1)
+        self.assertEqual(counts.asked, 150)
+
+
 class Stub(unittest.TestCase):
     def test_stub_names_what_the_module_has(self):
         """Every name and argument in both; so a name that is added must be typed."""
@@ -404,7 +473,7 @@ class Stub(unittest.TestCase):
                     self.assertIn(argument, given, signature)
         self.assertTrue((BUILD / "python/vcd/py.typed").is_file())
         self.assertEqual(sorted(vcd.__all__), sorted(n for n in dir(vcd) if not n.startswith("_") and
-                                                     n not in ("records",)))
+                                                     n not in ("counting", "records")))
 
 
 class Examples(Case):

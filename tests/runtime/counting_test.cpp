@@ -6,6 +6,8 @@
 
 #include <gtest/gtest.h>
 
+#include <vcd/runtime/vcd.h>
+
 #include "support/files.h"
 #include "support/meshes.h"
 #include "support/random.h"
@@ -91,6 +93,25 @@ TEST_F(CountingTest, CountsBundlesAndScenes) {
   Counting(scene, scene_counts).classify(segments_, counted, SceneQuery{1});
   EXPECT_EQ(counted, of_scene);
   expect_equal(scene_counts, by_hand(of_scene));
+}
+
+TEST_F(CountingTest, IsTheSameInC) {
+  std::vector<Visibility> answers(segments_.size());
+  AnswerCounts expected;
+  Counting(object_, expected).classify(segments_, answers);
+  vcd_answer_counts counts{};
+  for (int times = 0; times < 2; ++times)
+    vcd_count_answers(&counts, reinterpret_cast<const uint8_t*>(answers.data()), answers.size());
+  EXPECT_EQ(counts.clear, 2 * expected.clear);
+  EXPECT_EQ(counts.blocked, 2 * expected.blocked);
+  EXPECT_EQ(counts.unclassified, 2 * expected.unclassified);
+
+  const uint64_t blocked[] = {0b0110, 1}, unclassified[] = {0b1000, 2};
+  counts = {};
+  vcd_count_bundle(&counts, blocked, unclassified, 66);
+  EXPECT_EQ(counts.blocked, 3u);
+  EXPECT_EQ(counts.unclassified, 2u);
+  EXPECT_EQ(counts.clear, 61u);
 }
 
 }  // namespace

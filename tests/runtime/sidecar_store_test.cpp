@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -110,6 +111,15 @@ TEST_F(Store, IsTheSameInC) {
   geometry[0] ^= 1;
   EXPECT_EQ(vcd_store_find(store, geometry, &object, nullptr), VCD_SUCCESS);
   EXPECT_EQ(object, nullptr);
+  EXPECT_EQ(vcd_store_size(store), 2u);
+  EXPECT_EQ(vcd_store_passed_over(store, 0), nullptr);
+  vcd_store_close(store);
+
+  std::ofstream(folder_ / "none.vcd") << "no sidecar";
+  ASSERT_EQ(vcd_store_open(folders, 1, nullptr, &store, nullptr), VCD_SUCCESS);
+  EXPECT_EQ(vcd_store_size(store), 2u);
+  EXPECT_NE(std::string(vcd_store_passed_over(store, 0)).find("none.vcd"), std::string::npos);
+  EXPECT_EQ(vcd_store_passed_over(store, 1), nullptr);
   vcd_store_close(store);
 
   vcd_error error{};

@@ -1,6 +1,7 @@
 """Tests of vcd_reader.py. Files come from a mini-writer in this module, which knows the format from vcd-format.md too,
 but works from nested trees: a node is a class (0, 1, 2) or a tuple of its sixteen children."""
 import contextlib
+import hashlib
 import io
 import itertools
 import json
@@ -155,7 +156,7 @@ def entries(objects, provenance=((b"a", b"1"), (b"b", b"\xc3\xa9")), extra=()):
     return result + owned + list(extra)
 
 
-def assemble(sections, minor=3):
+def assemble(sections, minor=0):
     end, table, body = 64 + 64 * len(sections), b"", b""
     for s in sections:
         padding = -end % s.alignment
@@ -163,7 +164,7 @@ def assemble(sections, minor=3):
         body += bytes(padding) + s.stored
         table += struct.pack("<4sIIIQQQQQII", s.kind, s.flags, s.object, s.storage, offset, len(s.stored),
                              len(s.logical), xxh3_64(s.stored), xxh3_64(s.logical), s.alignment, 0)
-    header = struct.pack("<8sHHIQQ24x", b"\x89VCD\r\n\x1a\n", 2, minor, len(sections), end, xxh3_64(table))
+    header = struct.pack("<8sHHIQQ24x", b"\x89VCD\r\n\x1a\n", 1, minor, len(sections), end, xxh3_64(table))
     return header + struct.pack("<Q", xxh3_64(header)) + table + body
 
 
@@ -537,6 +538,19 @@ class Classify(unittest.TestCase):
             self.assertRegex(error.getvalue(), r"^vcd_reader: \*Header\*, byte 0: .*\n$")
 
 
+class Golden(unittest.TestCase):
+    """Files that were released, which test_agreement.py gives to both readers. They are never made anew: a reader that
+    cannot read one is wrong, or of another major version."""
+    FOLDER = pathlib.Path(__file__).resolve().parents[1] / "golden"
+
+    def test_files_are_those_that_were_released(self):
+        lines = (self.FOLDER / "SHA256SUMS").read_text().splitlines()
+        listed = {line.split()[1]: line.split()[0] for line in lines if not line.startswith("#")}
+        self.assertEqual({str(path.relative_to(self.FOLDER)) for path in self.FOLDER.rglob("*.vcd")}, set(listed))
+        for name, digest in listed.items():
+            self.assertEqual(hashlib.sha256((self.FOLDER / name).read_bytes()).hexdigest(), digest, name)
+
+
 class Broken(unittest.TestCase):
     """Every rule broken once. Sections of the file: 0 OBJT, 1 NAME, 2 PROV, 3 TREE of object 0, ..."""
 
@@ -566,7 +580,7 @@ class Broken(unittest.TestCase):
 
     def test_header(self):
         self.patch(0, b"\x09", "Header")
-        for major in (b"\1", b"\3"):
+        for major in (b"\0", b"\2", b"\3"):
             self.patch(8, major, "Versions")
         self.patch(16, u64(len(self.data) - 1), "Header")
         self.rejects(self.data + b"\0", "Header", 16)
@@ -585,7 +599,7 @@ class Broken(unittest.TestCase):
     def test_reserved_fields(self):
         for at in (32, 64 + 60, self.record + 14):
             self.rejects(patched(self.data, (at, b"\x08")), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\x08"), (10, b"\4"))).dump()         # ignored in version 2.4
+            VcdFile(patched(self.data, (at, b"\x08"), (10, b"\1"))).dump()         # ignored in version 1.1
         VcdFile(assemble(self.entries, minor=0xFFFF)).dump()
 
     def test_table_entries(self):

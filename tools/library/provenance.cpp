@@ -52,7 +52,7 @@ std::optional<ContentHash> parse_hash(std::string_view digits) {
 
 }  // namespace
 
-std::string baker_text() { return "vc-bake " VCD_VERSION " revision " + std::to_string(kBakeRevision); }
+std::string baker_text() { return "vc-bake revision " + std::to_string(kBakeRevision); }
 
 std::string_view provenance_value(const SidecarContents& sidecar, std::string_view key) {
   for (const auto& [k, value] : sidecar.provenance)

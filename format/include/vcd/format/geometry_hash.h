@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include <vcd/format/error.h>
 #include <vcd/format/weld.h>
@@ -30,6 +31,11 @@ struct IndexBuffer {
   uint32_t index_size = 4;  // bytes, or 2
   size_t stride = 0;        // bytes; 0: corners * index_size
 };
+
+// Copies of what the buffers hold; two triangles of a quad. The indices may be out of range. Both throw std::bad_alloc.
+// Errors: usage (corners or index_size is another number).
+std::vector<Position> positions_of(const PositionBuffer& positions);
+Result<std::vector<TriangleIndices>> triangles_of(const IndexBuffer& faces);
 
 // The hash that the baker would give. Copies and sorts the mesh: once a mesh, not once a frame.
 // Errors: usage (corners, index_size, a position that is not finite, or an index out of range); invalid_file (no

@@ -16,8 +16,8 @@ static_assert(std::endian::native == std::endian::little,
 // Like PNG's: the high bit catches 7-bit transfers, CR LF and LF catch line-ending translation, 0x1A stops `type`.
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
-inline constexpr uint16_t kVersionMajor = 2;  // the only one that is read: those before were drafts
-inline constexpr uint16_t kVersionMinor = 3;
+inline constexpr uint16_t kVersionMajor = 1;                            // the only one that is read
+inline constexpr uint16_t kVersionMinor = 0;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include <vcd/format/error.h>
 #include <vcd/runtime/bundle.h>
 #include <vcd/runtime/segment_arrays.h>
 #include <vcd/runtime/vcd.h>
@@ -31,6 +32,10 @@ inline vcd_result fail(vcd_error* error, vcd_result result, const std::string& m
     error->message[length] = '\0';
   }
   return result;
+}
+
+inline vcd_result fail(vcd_error* error, const Error& from) {
+  return fail(error, static_cast<vcd_result>(from.code), from.message);
 }
 
 inline QuadBundle translate(const vcd_quad_bundle& b) {

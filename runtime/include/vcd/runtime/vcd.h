@@ -127,6 +127,11 @@ void vcd_store_close(vcd_store* store); /* NULL is fine */
  * none, and on failure. Its file is opened when it is first asked for. Any number of threads at once. */
 vcd_result vcd_store_find(vcd_store* store, const uint8_t hash[16], const vcd_object** object, vcd_error* error);
 
+size_t vcd_store_size(const vcd_store* store); /* different geometries */
+/* Why the index-th of the files that were passed over was, zero-terminated, as long as the store lives; NULL past the
+ * end. */
+const char* vcd_store_passed_over(const vcd_store* store, size_t index);
+
 /* The object's name, UTF-8, NOT zero-terminated; *length gets its bytes. Lives as long as the sidecar. */
 const char* vcd_object_name(const vcd_object* object, size_t* length);
 
@@ -180,6 +185,17 @@ typedef struct vcd_point_bundle {
   const float *x, *y, *z;
   size_t count;
 } vcd_point_bundle;
+
+/* What look-ups answered, for who wants to know: zeros at first, one for each thread. Never grows. */
+typedef struct vcd_answer_counts {
+  uint64_t clear, blocked; /* by look-ups */
+  uint64_t unclassified;   /* left to a hierarchy, the object's or the renderer's */
+} vcd_answer_counts;
+
+/* Adds the answers that a call of vcd_classify_array or its kin gave; and the bits that one of vcd_classify_quad or
+ * vcd_classify_sphere gave for `count` samples. */
+void vcd_count_answers(vcd_answer_counts* counts, const uint8_t* answers, size_t count);
+void vcd_count_bundle(vcd_answer_counts* counts, const uint64_t* blocked, const uint64_t* unclassified, size_t count);
 
 /* Where segments begin: outside the object's box, inside, or on the object itself. */
 typedef enum vcd_from { VCD_FROM_OUTSIDE = 0, VCD_FROM_INSIDE = 1, VCD_FROM_SELF = 2 } vcd_from;

@@ -14,7 +14,7 @@
 
 namespace vcd::library {
 
-std::string baker_text();  // program, version, kBakeRevision
+std::string baker_text();  // with kBakeRevision, and no version: the same revision gives the same file
 
 // sources   the files that were read, the mesh file first
 // left_out  for each object that lacks parts of its source a line "SOURCE_INDEX not-opaque=N deforming=N"
