@@ -17,7 +17,7 @@ LAYERS = {
     "recorder": ({"format", "writer", "runtime"}, set()),
     "baker": ({"format", "writer", "baker/ingest"},
               {"embree3", "hwy", "tbb", "xxhash.h", "nlohmann", "draco"}),
-    "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "OpenMesh", "xxhash.h"}),
+    "baker/ingest": ({"format", "baker"}, {"draco", "meshoptimizer.h", "nlohmann", "OpenMesh", "tiny_gltf.h", "xxhash.h"}),
     "tools/common": ({"format", "writer", "runtime", "baker"}, {"CLI", "nlohmann"}),
     "tools/library": ({"format", "writer", "runtime", "recorder", "baker", "tools/common"}, {"nlohmann", "tbb"}),
     "tools/verify": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"},
