@@ -24,7 +24,7 @@ LAYERS = {
                      {"nlohmann", "pugixml.hpp", "tbb"}),
     "tools/bake": ({"format", "writer", "runtime", "baker", "tools/common", "tools/library"}, {"CLI", "nlohmann"}),
     "tools/info": ({"format", "baker", "tools/common"}, {"nlohmann"}),
-    "tools/lab/scenes": ({}, {"nlohmann"}),
+    "tools/lab/scenes": ({}, {"tiny_gltf.h"}),
     "tools/lab/render": ({"format", "writer", "runtime", "recorder", "baker", "tools/common", "tools/lab/scenes"},
                          {"CLI", "hwy", "embree3", "nlohmann", "png.h", "stb_easy_font.h", "ImfChannelList.h",
                           "ImfFrameBuffer.h", "ImfHeader.h", "ImfIO.h", "ImfOutputFile.h"}),
