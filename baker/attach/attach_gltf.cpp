@@ -63,7 +63,7 @@ class GltfAttaching {
   }
 
   void mark(const Attachment::Mesh& mesh) {
-    (void)document_.mesh(mesh.source_index);  // what it has of extensions is an object
+    const std::string of = document_.mesh(mesh.source_index).place;
     const std::string where = attachment_.embedded.empty()
                                   ? joined({"\"uri\":", json_string(attachment_.uri)})
                                   : joined({"\"bufferView\":", std::to_string(document_.model().bufferViews.size())});
@@ -73,6 +73,7 @@ class GltfAttaching {
     const auto known = json_.member(place, "extensions");
     if (!known) return json_.add_member(place, "extensions", extensions);
     if (json_.text_of(*known) == "null") return json_.replace(*known, extensions);
+    if (json_.text_of(*known).front() != '{') fail_invalid(of + ", extensions: is not a JSON object");
     if (json_.member(*known, kAttachedName)) fail_has_one();  // although extensionsUsed does not say so
     json_.add_member(*known, kAttachedName, value);
   }

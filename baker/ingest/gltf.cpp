@@ -50,7 +50,6 @@ class GltfReader {
     const auto mesh = document_.mesh(index);
     const std::string place = mesh->name.empty() ? mesh.place : mesh.place + " " + quoted(mesh->name);
     const std::string pointer = "/meshes/" + std::to_string(index);
-
     GltfMeshBuilder builder(document_, buffers_, positions_);
     LeftOut left_out;
     for (size_t i = 0; i < mesh->primitives.size(); ++i) {

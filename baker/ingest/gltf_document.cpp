@@ -146,6 +146,7 @@ tinygltf::Model read_model(const GltfGated& gate) {
   if (!reader.LoadASCIIFromString(&model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "",
                                   tinygltf::NO_REQUIRE))
     fail_invalid("tinygltf cannot read it: " + error);
+  // What the gate changed for tinygltf's sake:
   model.bufferViews.pop_back();
   const auto none = static_cast<int>(model.bufferViews.size());
   for (tinygltf::Accessor& accessor : model.accessors)
@@ -183,8 +184,8 @@ GltfDocument::GltfDocument(const std::filesystem::path& path, std::string_view b
   check_required_extensions(model_.extensionsRequired);
 }
 
-void GltfDocument::check(const std::string& pointer) const {
-  const auto fault = gate_.faults.find(pointer);
+void GltfDocument::check(const std::string& element) const {
+  const auto fault = gate_.faults.find(element);
   if (fault != gate_.faults.end()) fail_invalid(fault->second);
 }
 

@@ -73,8 +73,8 @@ class GltfDocument {
   GltfElement<tinygltf::Mesh> mesh(uint32_t i) const { return element(model_.meshes, "mesh", i, "/meshes/"); }
   GltfElement<GltfBufferSource> buffer(uint32_t i) const { return element(gate_.buffers, "buffer", i); }
 
-  // Throws what is broken of an element: GltfGated::faults.
-  void check(const std::string& pointer) const;
+  // Throws what is broken of an element, by its name in GltfGated::faults.
+  void check(const std::string& element) const;
   std::string oddity_of_node(uint32_t node) const;     // or nothing
   bool uses_extension(const std::string& name) const;  // listed as used or as required
 

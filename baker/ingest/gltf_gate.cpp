@@ -55,7 +55,6 @@ const Rules& rules() {
         "ADOBE_materials_thin_transparency": {"transmissionFactor": "number", "transmissionTexture": "anything"}}}],
     "meshes": [{
       "name": "text",
-      "extensions": {},
       "primitives": [{
         "mode": [0, 1, 2, 3, 4, 5, 6], "attributes!": {"POSITION": ">accessors"}, "targets": [{}],
         "material": ">materials", "indices": ">accessors",

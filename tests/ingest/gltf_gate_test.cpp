@@ -28,7 +28,7 @@ const json everything = json::parse(R"({
     {"componentType": 5121, "count": 3, "type": "SCALAR", "bufferView": 2}],
   "materials": [{"alphaMode": "OPAQUE", "extensions": {
     "KHR_materials_transmission": {"transmissionFactor": 0, "transmissionTexture": {"index": 0}}}}],
-  "meshes": [{"name": "m", "extensions": {}, "primitives": [
+  "meshes": [{"name": "m", "primitives": [
     {"mode": 4, "attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}], "material": 0, "indices": 1},
     {"attributes": {"POSITION": 0}, "extensions": {
       "KHR_draco_mesh_compression": {"bufferView": 1, "attributes": {"POSITION": 0}},
