@@ -11,7 +11,7 @@ set -euo pipefail
 
 build=(
   g++ cmake ninja-build pkg-config
-  libembree-dev libtbb-dev libdraco-dev libmeshoptimizer-dev libopenmesh-dev
+  libembree-dev libtbb-dev libdraco-dev libmeshoptimizer-dev libopenmesh-dev libtinygltf-dev
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libpugixml-dev
 )
 test=(

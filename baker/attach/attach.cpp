@@ -7,7 +7,7 @@
 
 #include "attach/attach_gltf.h"
 #include "ingest/check.h"
-#include "ingest/gltf_json.h"
+#include "ingest/gltf_failure.h"
 
 namespace vcd::baker {
 namespace {

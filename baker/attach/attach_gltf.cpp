@@ -42,6 +42,7 @@ class GltfAttaching {
         container_(split_gltf(as_bytes(bytes))),
         json_(text_of(container_.json)),
         binary_(text_of(container_.binary)) {
+    document_.check("/extensionsUsed");
     if (document_.uses_extension(std::string(kAttachedName))) fail_has_one();
   }
 
@@ -62,32 +63,32 @@ class GltfAttaching {
   }
 
   void mark(const Attachment::Mesh& mesh) {
-    const GltfObject object = document_.element("meshes", mesh.source_index);
-    (void)object.extension("");  // what it has of extensions is an object
+    const std::string of = document_.mesh(mesh.source_index).place;
     const std::string where = attachment_.embedded.empty()
                                   ? joined({"\"uri\":", json_string(attachment_.uri)})
-                                  : joined({"\"bufferView\":", std::to_string(document_.count("bufferViews"))});
+                                  : joined({"\"bufferView\":", std::to_string(document_.model().bufferViews.size())});
     const std::string value = joined({"{", where, ",\"geometryHash\":", json_string(hex_of(mesh.geometry_hash)), "}"});
     const auto place = json_.elements(*json_.member(json_.root(), "meshes"))[mesh.source_index];
     const std::string extensions = joined({"{", json_string(kAttachedName), ":", value, "}"});
     const auto known = json_.member(place, "extensions");
     if (!known) return json_.add_member(place, "extensions", extensions);
     if (json_.text_of(*known) == "null") return json_.replace(*known, extensions);
+    if (json_.text_of(*known).front() != '{') fail_invalid(of + ", extensions: is not a JSON object");
     if (json_.member(*known, kAttachedName)) fail_has_one();  // although extensionsUsed does not say so
     json_.add_member(*known, kAttachedName, value);
   }
 
   // A buffer without a uri may also be a fallback that lies nowhere.
-  bool is_binary_chunk(const GltfObject& buffer) const {
-    return !buffer.has("uri") && static_cast<uint64_t>(buffer.integer("byteLength")) <= binary_.size();
+  bool is_binary_chunk(const GltfBufferSource& buffer) const {
+    return buffer.uri.empty() && buffer.byte_length <= binary_.size();
   }
 
   // As a buffer view: of the binary chunk where that is a buffer or can be one, else of a buffer of its own.
   void embed() {
     const Bytes sidecar = attachment_.embedded;
-    const size_t buffers = document_.count("buffers");
+    const size_t buffers = document_.model().buffers.size();
     size_t buffer = 0, offset = 0;
-    if (document_.is_binary() && (buffers == 0 || is_binary_chunk(document_.element("buffers", 0)))) {
+    if (document_.is_binary() && (buffers == 0 || is_binary_chunk(*document_.buffer(0).object))) {
       pad(binary_, 0, kSidecarAlignment, '\0');
       offset = binary_.size();
       binary_.append(reinterpret_cast<const char*>(sidecar.data()), sidecar.size());
@@ -101,7 +102,7 @@ class GltfAttaching {
       add_to_array("buffers", joined({"{\"byteLength\":", std::to_string(sidecar.size()),
                                       ",\"uri\":\"data:application/octet-stream;base64,", base64(sidecar), "\"}"}));
     }
-    (void)document_.array("bufferViews");
+    document_.check("/bufferViews");
     add_to_array("bufferViews",
                  joined({"{\"buffer\":", std::to_string(buffer), ",\"byteOffset\":", std::to_string(offset),
                          ",\"byteLength\":", std::to_string(sidecar.size()), "}"}));

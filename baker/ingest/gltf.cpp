@@ -27,10 +27,12 @@ class GltfReader {
       : options_(options),
         document_(path, bytes),
         buffers_(document_, options.files_outside),
-        skinned_(find_skinned_meshes(document_)) {}
+        skinned_(find_skinned_meshes(document_)) {
+    for (const char* array : {"/meshes", "/nodes"}) document_.check(array);
+  }
 
   Ingested read() {
-    for (uint32_t index = 0; index < document_.count("meshes"); ++index) read_mesh(index);
+    for (uint32_t index = 0; index < document_.model().meshes.size(); ++index) read_mesh(index);
     if (ingested_.meshes.empty()) fail_invalid("no triangle to bake: " + summary());
     if (options_.placements || options_.lights) place();
     ingested_.sources = buffers_.files();
@@ -45,16 +47,16 @@ class GltfReader {
   }
 
   void read_mesh(uint32_t index) {
-    const GltfObject mesh = document_.element("meshes", index);
-    const std::string name = mesh.text_or("name", "");
-    const std::string place = name.empty() ? mesh.place() : mesh.place() + " " + quoted(name);
-    const nlohmann::json& primitives = mesh.array("primitives");
+    const auto mesh = document_.mesh(index);
+    const std::string place = mesh->name.empty() ? mesh.place : mesh.place + " " + quoted(mesh->name);
+    const std::string pointer = "/meshes/" + std::to_string(index);
     GltfMeshBuilder builder(document_, buffers_, positions_);
     LeftOut left_out;
-    for (size_t i = 0; i < primitives.size(); ++i) {
+    for (size_t i = 0; i < mesh->primitives.size(); ++i) {
       const std::string primitive_place = place + ", primitive " + std::to_string(i);
       try {
-        read_primitive(GltfObject(primitives[i], ""), skinned_[index], primitive_place, builder, left_out);
+        read_primitive(mesh->primitives[i], pointer + "/primitives/" + std::to_string(i), skinned_[index],
+                       primitive_place, builder, left_out);
       } catch (const GltfFailure& failure) {
         fail_gltf(failure.error.code, primitive_place + ": " + failure.error.message);
       }
@@ -64,24 +66,25 @@ class GltfReader {
       return;
     }
     ingested_.meshes.push_back(builder.take());
-    ingested_.meshes.back().name = name;
+    ingested_.meshes.back().name = mesh->name;
     ingested_.meshes.back().source_index = index;
     ingested_.meshes.back().left_out = left_out;
   }
 
-  void read_primitive(const GltfObject& primitive, bool skinned, const std::string& place, GltfMeshBuilder& builder,
-                      LeftOut& of_mesh) {
+  void read_primitive(const tinygltf::Primitive& primitive, const std::string& pointer, bool skinned,
+                      const std::string& place, GltfMeshBuilder& builder, LeftOut& of_mesh) {
     const GltfMode mode = mode_of(primitive);
     if (!makes_triangles(mode)) {
       ++points_or_lines_;
       note(place + (mode == GltfMode::points ? " passed over: points" : " passed over: lines"));
       return;
     }
-    if (!primitive.required_object("attributes").has("POSITION")) {
+    if (!primitive.attributes.contains("POSITION")) {
       ++without_position_;
       note(place + " passed over: it has no POSITION");
       return;
     }
+    document_.check(pointer);
     if (!options_.treat_all_as_opaque) {
       if (const std::optional<GltfLeftOut> left_out = why_left_out(document_, primitive, skinned)) {
         const bool deforms = left_out->because == GltfLeftOutBecause::deforms;
@@ -100,15 +103,14 @@ class GltfReader {
   }
 
   // Of a Draco stream, the accessors only say what it ought to hold.
-  bool has_no_vertex(const GltfObject& primitive) const {
-    if (primitive.extension("KHR_draco_mesh_compression")) return false;
-    const std::optional<uint32_t> indices = primitive.index("indices");
-    return is_empty_accessor(document_, primitive.required_object("attributes").required_index("POSITION")) ||
-           (indices && is_empty_accessor(document_, *indices));
+  bool has_no_vertex(const tinygltf::Primitive& primitive) const {
+    if (primitive.extensions.contains("KHR_draco_mesh_compression")) return false;
+    const auto is_empty = [&](int accessor) { return is_empty_accessor(document_, static_cast<uint32_t>(accessor)); };
+    return is_empty(primitive.attributes.at("POSITION")) || (primitive.indices >= 0 && is_empty(primitive.indices));
   }
 
   std::string summary() const {
-    std::string text = counted(document_.count("meshes"), "mesh", "meshes");
+    std::string text = counted(document_.model().meshes.size(), "mesh", "meshes");
     const auto count = [&](size_t number, const char* what) {
       if (number > 0) text += ", " + counted(number, "primitive", "primitives") + " " + what;
     };

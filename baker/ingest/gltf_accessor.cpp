@@ -11,59 +11,47 @@ namespace {
 constexpr uint64_t most_unbacked_elements = uint64_t{1} << 24;
 
 struct Accessor {
-  GltfObject object;
+  GltfElement<tinygltf::Accessor> element;
   GltfElementType type;
   uint32_t component_size = 0;
   uint32_t element_size = 0;
   uint64_t count = 0;
 };
 
-uint32_t size_of(GltfComponent component) {
-  switch (component) {
-    case GltfComponent::int8:
-    case GltfComponent::uint8: return 1;
-    case GltfComponent::int16:
-    case GltfComponent::uint16: return 2;
-    case GltfComponent::uint32:
-    case GltfComponent::float32: return 4;
-  }
-  return 0;  // not one of glTF's
+uint32_t size_of(int component) {
+  return static_cast<uint32_t>(tinygltf::GetComponentSizeInBytes(static_cast<uint32_t>(component)));
 }
 
 Accessor accessor_of(const GltfDocument& document, uint32_t index, uint32_t component_count) {
-  const GltfObject object = document.element("accessors", index);
-  Accessor accessor{object, {}, 0, 0, 0};
-  const uint64_t component = object.integer("componentType");
-  accessor.type = {static_cast<GltfComponent>(std::min<uint64_t>(component, UINT32_MAX)), object.flag("normalized")};
-  accessor.component_size = size_of(accessor.type.component);
-  if (accessor.component_size == 0) object.fail("componentType " + std::to_string(component) + " does not exist");
-  accessor.element_size = accessor.component_size * component_count;
-  accessor.count = object.integer("count");
-  return accessor;
+  const auto element = document.accessor(index);
+  const GltfElementType type = {element->componentType, element->normalized};
+  return {element, type, size_of(type.component), size_of(type.component) * component_count, element->count};
 }
 
 Accessor position_accessor(const GltfDocument& document, uint32_t index) {
   const Accessor accessor = accessor_of(document, index, 3);
-  const std::string type = accessor.object.text_or("type", "");
-  if (type != "VEC3") accessor.object.fail("positions must be VEC3, not " + quoted(type));
-  if (accessor.type.component == GltfComponent::uint32) accessor.object.fail("positions cannot be 32-bit integers");
-  if (accessor.type.component == GltfComponent::float32) {
-    if (accessor.type.normalized) accessor.object.fail("float components cannot be normalized");
+  const auto& element = accessor.element;
+  if (element->type != TINYGLTF_TYPE_VEC3) element.fail("positions must be VEC3");
+  if (accessor.type.component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
+    element.fail("positions cannot be 32-bit integers");
+  if (accessor.type.component == TINYGLTF_COMPONENT_TYPE_FLOAT) {
+    if (accessor.type.normalized) element.fail("float components cannot be normalized");
   } else if (!document.uses_extension("KHR_mesh_quantization")) {
-    accessor.object.fail("integer positions need the extension KHR_mesh_quantization, which the file does not list");
+    element.fail("integer positions need the extension KHR_mesh_quantization, which the file does not list");
   }
   return accessor;
 }
 
 Accessor index_accessor(const GltfDocument& document, uint32_t index) {
   const Accessor accessor = accessor_of(document, index, 1);
-  const std::string type = accessor.object.text_or("type", "");
-  if (type != "SCALAR") accessor.object.fail("indices must be SCALAR, not " + quoted(type));
-  const GltfComponent component = accessor.type.component;
-  const bool is_unsigned =
-      component == GltfComponent::uint8 || component == GltfComponent::uint16 || component == GltfComponent::uint32;
-  if (!is_unsigned) accessor.object.fail("indices must be unsigned integers");
-  if (accessor.type.normalized) accessor.object.fail("indices cannot be normalized");
+  const auto& element = accessor.element;
+  if (element->type != TINYGLTF_TYPE_SCALAR) element.fail("indices must be SCALAR");
+  const int component = accessor.type.component;
+  const bool is_unsigned = component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE ||
+                           component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+                           component == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  if (!is_unsigned) element.fail("indices must be unsigned integers");
+  if (accessor.type.normalized) element.fail("indices cannot be normalized");
   return accessor;
 }
 
@@ -76,7 +64,8 @@ struct Layout {
 };
 
 // Copies the elements of a view into one dense array.
-std::vector<uint8_t> gather(const GltfObject& holder, std::span<const uint8_t> bytes, const Layout& layout) {
+std::vector<uint8_t> gather(const GltfElement<tinygltf::Accessor>& holder, std::span<const uint8_t> bytes,
+                            const Layout& layout) {
   if (layout.offset % layout.component_size != 0) holder.fail("byteOffset is not aligned to the component size");
   if (layout.stride < layout.element_size) {
     holder.fail("byteStride " + std::to_string(layout.stride) + " is less than one element");
@@ -96,8 +85,8 @@ std::vector<uint8_t> gather(const GltfObject& holder, std::span<const uint8_t> b
 }
 
 // Indices and the two arrays of a sparse accessor are always packed.
-std::span<const uint8_t> packed_view(GltfBuffers& buffers, const GltfObject& holder) {
-  const GltfView view = buffers.view(holder.required_index("bufferView"));
+std::span<const uint8_t> packed_view(GltfBuffers& buffers, const GltfElement<tinygltf::Accessor>& holder, int index) {
+  const GltfView view = buffers.view(static_cast<uint32_t>(index));
   if (view.stride) holder.fail("its buffer view must not have a byteStride");
   return view.bytes;
 }
@@ -108,22 +97,22 @@ uint32_t index_at(const std::vector<uint8_t>& dense, uint64_t i, uint32_t size) 
   return value;
 }
 
-void apply_sparse(GltfBuffers& buffers, const Accessor& accessor, const GltfObject& sparse,
-                  std::vector<uint8_t>& dense) {
-  const uint64_t count = sparse.integer("count");
-  if (count == 0 || count > accessor.count) sparse.fail("count must lie between 1 and the accessor's count");
-  const GltfObject indices = sparse.required_object("indices");
-  const GltfObject values = sparse.required_object("values");
-  const uint64_t component = indices.integer("componentType");
-  const bool is_unsigned = component == 5121 || component == 5123 || component == 5125;
-  if (!is_unsigned) indices.fail("componentType must be that of an unsigned integer");
-  const uint32_t index_size = size_of(static_cast<GltfComponent>(component));
+void apply_sparse(GltfBuffers& buffers, const Accessor& accessor, std::vector<uint8_t>& dense) {
+  const auto& sparse = accessor.element->sparse;
+  const auto part = [&](const char* name) {
+    return GltfElement<tinygltf::Accessor>{accessor.element.object, accessor.element.place + ", sparse" + name};
+  };
+  const auto indices = part(", indices"), values = part(", values");
+  const auto count = static_cast<uint32_t>(sparse.count);
+  if (count == 0 || count > accessor.count) part("").fail("count must lie between 1 and the accessor's count");
+  const uint32_t index_size = size_of(sparse.indices.componentType);
   const std::vector<uint8_t> places =
-      gather(indices, packed_view(buffers, indices),
-             {indices.integer_or("byteOffset", 0), index_size, index_size, index_size, count});
-  const std::vector<uint8_t> substitutes = gather(values, packed_view(buffers, values),
-                                                  {values.integer_or("byteOffset", 0), accessor.element_size,
-                                                   accessor.element_size, accessor.component_size, count});
+      gather(indices, packed_view(buffers, indices, sparse.indices.bufferView),
+             {static_cast<uint32_t>(sparse.indices.byteOffset), index_size, index_size, index_size, count});
+  const std::vector<uint8_t> substitutes =
+      gather(values, packed_view(buffers, values, sparse.values.bufferView),
+             {static_cast<uint32_t>(sparse.values.byteOffset), accessor.element_size, accessor.element_size,
+              accessor.component_size, count});
   uint64_t next_allowed = 0;
   for (uint64_t i = 0; i < count; ++i) {
     const uint64_t place = index_at(places, i, index_size);
@@ -136,22 +125,22 @@ void apply_sparse(GltfBuffers& buffers, const Accessor& accessor, const GltfObje
 }
 
 std::vector<uint8_t> read_elements(GltfBuffers& buffers, const Accessor& accessor, bool may_interleave) {
-  const GltfObject& object = accessor.object;
+  const auto& element = accessor.element;
   std::vector<uint8_t> dense;
-  if (const std::optional<uint32_t> view_index = object.index("bufferView")) {
-    const GltfView view = buffers.view(*view_index);
+  if (element->bufferView >= 0) {
+    const GltfView view = buffers.view(static_cast<uint32_t>(element->bufferView));
     // For indices it is not allowed, and taken where it says what holds anyway, or where its meaning is plain.
     const bool plain = view.stride && *view.stride % 4 == 0;
     if (view.stride && !plain && (may_interleave || *view.stride != accessor.element_size))
-      object.fail("byteStride " + std::to_string(*view.stride) + " is not a multiple of 4 from 4 to 252");
-    dense = gather(object, view.bytes,
-                   {object.integer_or("byteOffset", 0), view.stride.value_or(accessor.element_size),
-                    accessor.element_size, accessor.component_size, accessor.count});
+      element.fail("byteStride " + std::to_string(*view.stride) + " is not a multiple of 4 from 4 to 252");
+    dense = gather(element, view.bytes,
+                   {element->byteOffset, view.stride.value_or(accessor.element_size), accessor.element_size,
+                    accessor.component_size, accessor.count});
   } else {
-    if (accessor.count > most_unbacked_elements) object.fail("has no buffer view for its many elements");
+    if (accessor.count > most_unbacked_elements) element.fail("has no buffer view for its many elements");
     dense.resize(accessor.count * accessor.element_size);
   }
-  if (const std::optional<GltfObject> sparse = object.object("sparse")) apply_sparse(buffers, accessor, *sparse, dense);
+  if (element->sparse.isSparse) apply_sparse(buffers, accessor, dense);
   return dense;
 }
 
@@ -164,10 +153,10 @@ float component_at(const uint8_t* bytes) {
 
 float component_value(const uint8_t* bytes, GltfElementType type) {
   switch (type.component) {
-    case GltfComponent::int8: return dequantize(component_at<int8_t>(bytes), type);
-    case GltfComponent::uint8: return dequantize(component_at<uint8_t>(bytes), type);
-    case GltfComponent::int16: return dequantize(component_at<int16_t>(bytes), type);
-    case GltfComponent::uint16: return dequantize(component_at<uint16_t>(bytes), type);
+    case TINYGLTF_COMPONENT_TYPE_BYTE: return dequantize(component_at<int8_t>(bytes), type);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return dequantize(component_at<uint8_t>(bytes), type);
+    case TINYGLTF_COMPONENT_TYPE_SHORT: return dequantize(component_at<int16_t>(bytes), type);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return dequantize(component_at<uint16_t>(bytes), type);
     default: return component_at<float>(bytes);
   }
 }
@@ -177,10 +166,10 @@ float component_value(const uint8_t* bytes, GltfElementType type) {
 float dequantize(float component, GltfElementType type) {
   if (!type.normalized) return component;
   switch (type.component) {
-    case GltfComponent::int8: return std::max(component / 127.0f, -1.0f);
-    case GltfComponent::uint8: return component / 255.0f;
-    case GltfComponent::int16: return std::max(component / 32767.0f, -1.0f);
-    case GltfComponent::uint16: return component / 65535.0f;
+    case TINYGLTF_COMPONENT_TYPE_BYTE: return std::max(component / 127.0f, -1.0f);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE: return component / 255.0f;
+    case TINYGLTF_COMPONENT_TYPE_SHORT: return std::max(component / 32767.0f, -1.0f);
+    case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT: return component / 65535.0f;
     default: return component;
   }
 }
@@ -191,7 +180,7 @@ GltfPositionAccessor check_position_accessor(const GltfDocument& document, uint3
 }
 
 bool is_empty_accessor(const GltfDocument& document, uint32_t accessor) {
-  return document.element("accessors", accessor).integer("count") == 0;
+  return document.accessor(accessor)->count == 0;
 }
 
 uint64_t check_index_accessor(const GltfDocument& document, uint32_t accessor) {
@@ -220,8 +209,8 @@ std::vector<uint32_t> read_indices(const GltfDocument& document, GltfBuffers& bu
   for (uint64_t i = 0; i < source.count; ++i) {
     indices[i] = index_at(dense, i, source.component_size);
     if (indices[i] == restart) {
-      source.object.fail("index element " + std::to_string(i) + " is " + std::to_string(restart) +
-                         ", the primitive restart value");
+      source.element.fail("index element " + std::to_string(i) + " is " + std::to_string(restart) +
+                          ", the primitive restart value");
     }
   }
   return indices;

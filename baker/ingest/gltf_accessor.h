@@ -10,18 +10,9 @@
 
 namespace vcd::baker {
 
-enum class GltfComponent : uint32_t {  // the numbers are the file's
-  int8 = 5120,
-  uint8 = 5121,
-  int16 = 5122,
-  uint16 = 5123,
-  uint32 = 5125,
-  float32 = 5126,
-};
-
 // How an accessor stores its elements.
 struct GltfElementType {
-  GltfComponent component = GltfComponent::float32;
+  int component = TINYGLTF_COMPONENT_TYPE_FLOAT;
   bool normalized = false;
 };
 

@@ -37,10 +37,11 @@ class GltfBuffers {
 
  private:
   std::span<const uint8_t> buffer(uint32_t index);
-  std::string load_from_uri(const GltfObject& buffer, const std::string& uri);
+  std::string load_from_uri(const GltfElement<GltfBufferSource>& buffer);
   // The bytes that byteOffset and byteLength of a view, or of its compression extension, select.
-  std::span<const uint8_t> range(const GltfObject& holder);
-  std::span<const uint8_t> decompressed(uint32_t index, const GltfObject& view, const GltfObject& extension);
+  std::span<const uint8_t> range(uint32_t buffer, uint64_t offset, uint64_t length, const std::string& place);
+  std::span<const uint8_t> decompressed(uint32_t index, const GltfElement<tinygltf::BufferView>& view,
+                                        const GltfElement<tinygltf::Value>& extension);
 
   const GltfDocument& document_;
   bool files_outside_;

@@ -97,23 +97,62 @@ Version parse_version(const std::string& text, const char* what) {
   return version;
 }
 
-void check_version(const GltfObject& root, const json& document) {
+void check_version(const tinygltf::Asset& asset) {
+  const Version version = parse_version(asset.version, "version");
+  if (version.major != 2) {
+    const std::string name = std::to_string(version.major) + "." + std::to_string(version.minor);
+    fail_gltf(ErrorCode::unsupported, "glTF " + name + " is not supported, only 2.x is");
+  }
+  if (asset.minVersion.empty()) return;
+  const Version needed = parse_version(asset.minVersion, "minVersion");
+  if (needed > version) fail_invalid("asset: minVersion is above version");
+  if (needed > Version{2, 0}) fail_gltf(ErrorCode::unsupported, "needs a glTF newer than 2.0");
+}
+
+json parse(std::span<const uint8_t> text) {
+  try {
+    return json::parse(text.begin(), text.end());
+  } catch (const json::parse_error& error) {
+    fail_invalid("the JSON is malformed: " + place_in(text, error.byte) + reason_of(error.what()));
+  } catch (const json::exception& error) {
+    fail_invalid("the JSON is malformed: " + reason_of(error.what()));
+  }
+}
+
+GltfGated gate_document(json document) {
+  if (!document.is_object()) fail_invalid("is not a JSON object");
   // glTF 1.0 keeps its elements in objects by name; its earliest files have no asset, or a version that is a
   // number.
   if (document.contains("meshes") && document["meshes"].is_object()) {
     fail_gltf(ErrorCode::unsupported, "glTF 1.0 is not supported, convert it to glTF 2.0");
   }
-  const std::optional<GltfObject> asset = root.object("asset");
-  if (!asset || !asset->has("version")) fail_invalid("the JSON has no asset.version: not glTF");
-  const Version version = parse_version(asset->text_or("version", ""), "version");
-  if (version.major != 2) {
-    const std::string name = std::to_string(version.major) + "." + std::to_string(version.minor);
-    fail_gltf(ErrorCode::unsupported, "glTF " + name + " is not supported, only 2.x is");
-  }
-  if (!asset->has("minVersion")) return;
-  const Version needed = parse_version(asset->text_or("minVersion", ""), "minVersion");
-  if (needed > version) fail_invalid("asset: minVersion is above version");
-  if (needed > Version{2, 0}) fail_gltf(ErrorCode::unsupported, "needs a glTF newer than 2.0");
+  return gate_gltf(std::move(document));
+}
+
+// tinygltf reads no file: a buffer is kGltfStub to it.
+tinygltf::Model read_model(const GltfGated& gate) {
+  const std::string& text = gate.json;
+  if (text.size() > UINT32_MAX) fail_gltf(ErrorCode::unsupported, "more than 4 GiB of JSON");
+  tinygltf::TinyGLTF reader;
+  reader.SetFsCallbacks({[](const std::string&, void*) { return true; },
+                         [](const std::string& name, void*) { return name; },
+                         [](std::vector<unsigned char>* bytes, std::string*, const std::string&, void*) {
+                           bytes->assign(1, 0);
+                           return true;
+                         },
+                         nullptr, nullptr});
+  tinygltf::Model model;
+  std::string error, warning;
+  if (!reader.LoadASCIIFromString(&model, &error, &warning, text.data(), static_cast<unsigned>(text.size()), "",
+                                  tinygltf::NO_REQUIRE))
+    fail_invalid("tinygltf cannot read it: " + error);
+  // What the gate changed for tinygltf's sake:
+  model.bufferViews.pop_back();
+  const auto none = static_cast<int>(model.bufferViews.size());
+  for (tinygltf::Accessor& accessor : model.accessors)
+    if (accessor.bufferView == none) accessor.bufferView = -1;
+  for (const auto& [view, stride] : gate.strides) model.bufferViews[view].byteStride = stride;
+  return model;
 }
 
 }  // namespace
@@ -134,38 +173,32 @@ GltfContainer split_gltf(std::span<const uint8_t> file) {
 }
 
 GltfDocument::GltfDocument(const std::filesystem::path& path, std::string_view bytes)
-    : folder_(path.parent_path()), container_(split_gltf(as_bytes(bytes))) {
-  const std::span<const uint8_t> text = container_.json;
-  try {
-    json_ = json::parse(text.begin(), text.end());
-  } catch (const json::parse_error& error) {
-    fail_invalid("the JSON is malformed: " + place_in(text, error.byte) + reason_of(error.what()));
-  } catch (const json::exception& error) {
-    fail_invalid("the JSON is malformed: " + reason_of(error.what()));
-  }
-  const GltfObject document(json_, "");
-  check_version(document, json_);
-  check_required_extensions(document.array("extensionsRequired"));
+    : folder_(path.parent_path()),
+      container_(split_gltf(as_bytes(bytes))),
+      gate_(gate_document(parse(container_.json))),
+      model_(read_model(gate_)) {
+  gate_.json = {};
+  check("/asset");
+  check_version(model_.asset);
+  check("/extensionsRequired");
+  check_required_extensions(model_.extensionsRequired);
 }
 
-GltfObject GltfDocument::element(const char* array, uint32_t index) const {
-  const json& elements = root().array(array);
-  const std::string plural = array;
-  const std::string singular = plural == "meshes" ? "mesh" : plural.substr(0, plural.size() - 1);
-  const std::string place = singular + " " + std::to_string(index);
-  if (index >= elements.size()) {
-    fail_invalid(place + " does not exist, the file has " + std::to_string(elements.size()));
-  }
-  return GltfObject(elements[index], place);
+void GltfDocument::check(const std::string& element) const {
+  const auto fault = gate_.faults.find(element);
+  if (fault != gate_.faults.end()) fail_invalid(fault->second);
+}
+
+std::string GltfDocument::oddity_of_node(uint32_t node) const {
+  const auto odd = gate_.oddities.find(node);
+  return odd == gate_.oddities.end() ? "" : odd->second;
 }
 
 bool GltfDocument::uses_extension(const std::string& name) const {
-  for (const char* list : {"extensionsUsed", "extensionsRequired"}) {
-    for (const json& entry : root().array(list)) {
-      if (entry == name) return true;
-    }
-  }
-  return false;
+  const auto lists = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  return lists(model_.extensionsUsed) || lists(model_.extensionsRequired);
 }
 
 }  // namespace vcd::baker

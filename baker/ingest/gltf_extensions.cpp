@@ -4,7 +4,7 @@
 #include <array>
 #include <string_view>
 
-#include "ingest/gltf_json.h"
+#include "ingest/gltf_failure.h"
 
 namespace vcd::baker {
 
@@ -57,10 +57,8 @@ bool is_accepted(std::string_view name) {
 
 }  // namespace
 
-void check_required_extensions(const nlohmann::json& extensions_required) {
-  for (const nlohmann::json& entry : extensions_required) {
-    if (!entry.is_string()) fail_invalid("extensionsRequired holds something else than a name");
-    const std::string name = entry.get<std::string>();
+void check_required_extensions(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
     if (is_accepted(name)) continue;
     fail_gltf(ErrorCode::unsupported, "requires the extension " + quoted(name) + ", which is not known");
   }

@@ -23,6 +23,7 @@ std::vector<bool> find_skinned_meshes(const GltfDocument& document);
 
 // Nothing for a primitive that is opaque and rigid, in each of its material variants.
 // Throws GltfFailure (invalid_file) where its materials do not exist or cannot be read.
-std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const GltfObject& primitive, bool skinned);
+std::optional<GltfLeftOut> why_left_out(const GltfDocument& document, const tinygltf::Primitive& primitive,
+                                        bool skinned);
 
 }  // namespace vcd::baker

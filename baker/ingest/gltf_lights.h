@@ -14,10 +14,10 @@ namespace vcd::baker {
 // and which stands in the node's `extras`: {"area_light": {"width": w, "height": h}}, a rectangle in the node's xy
 // plane that shines along its -z. to_scene: row-major 3 x 4. Throws GltfFailure (invalid_file), which names the node:
 // an index out of range, an unknown type, a size that is not positive, a transform that leaves no direction.
-std::optional<SceneLight> light_of_node(const GltfDocument& document, const GltfObject& node,
+std::optional<SceneLight> light_of_node(const GltfDocument& document, const GltfElement<tinygltf::Node>& node,
                                         const std::array<double, 12>& to_scene);
 
 // Whether a scene is lit by the sky: {"sky_light": true} in its `extras`.
-bool has_sky_light(const GltfObject& scene);
+bool has_sky_light(const tinygltf::Scene& scene);
 
 }  // namespace vcd::baker

@@ -19,8 +19,8 @@ struct Compressed {
   std::span<const uint8_t> bytes;
 };
 
-[[noreturn]] void fail_unknown(const GltfObject& extension, const std::string& what) {
-  fail_gltf(ErrorCode::unsupported, extension.place() + ": " + what + " is not known");
+[[noreturn]] void fail_unknown(const GltfElement<tinygltf::Value>& extension, const std::string& what) {
+  fail_gltf(ErrorCode::unsupported, extension.place + ": " + what + " is not known");
 }
 
 // The fewest bytes that can hold so many elements: the vertex codec spends 2 bits on 16 bytes of one channel,
@@ -32,7 +32,7 @@ bool fits(const Compressed& c) {
   return c.count <= size;
 }
 
-void check_layout(const GltfObject& extension, const Compressed& c) {
+void check_layout(const GltfElement<tinygltf::Value>& extension, const Compressed& c) {
   const bool attributes = c.mode == "ATTRIBUTES";
   if (!attributes && c.mode != "TRIANGLES" && c.mode != "INDICES") {
     fail_unknown(extension, "mode " + quoted(c.mode));
@@ -74,9 +74,11 @@ void undo_filter(const Compressed& c, std::vector<uint8_t>& bytes) {
 
 }  // namespace
 
-std::vector<uint8_t> decode_meshopt(const GltfObject& extension, std::span<const uint8_t> compressed) {
-  const Compressed c = {extension.text_or("mode", ""), extension.text_or("filter", "NONE"), extension.integer("count"),
-                        extension.integer("byteStride"), compressed};
+std::vector<uint8_t> decode_meshopt(const GltfElement<tinygltf::Value>& extension,
+                                    std::span<const uint8_t> compressed) {
+  const std::string& filter = extension->Get("filter").Get<std::string>();
+  const Compressed c = {extension->Get("mode").Get<std::string>(), filter.empty() ? "NONE" : filter,
+                        number_in(*extension.object, "count"), number_in(*extension.object, "byteStride"), compressed};
   check_layout(extension, c);
   const bool newer = c.mode == "ATTRIBUTES" && (compressed[0] & 0xF0) == 0xA0 && compressed[0] > newest_vertex_header;
   if (newer) fail_unknown(extension, "version " + std::to_string(compressed[0] & 0x0F) + " of the vertex codec");

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "ingest/gltf_json.h"
+#include "ingest/gltf_document.h"
 
 namespace vcd::baker {
 
@@ -15,6 +15,6 @@ namespace vcd::baker {
 // what so few bytes can hold, is checked before it is called; the decoder itself is safe on hostile bytes.
 // Throws GltfFailure: invalid_file, unsupported (mode, filter or codec version that this decoder does not
 // know). extension: the object on the buffer view. compressed: the bytes that it selects.
-std::vector<uint8_t> decode_meshopt(const GltfObject& extension, std::span<const uint8_t> compressed);
+std::vector<uint8_t> decode_meshopt(const GltfElement<tinygltf::Value>& extension, std::span<const uint8_t> compressed);
 
 }  // namespace vcd::baker

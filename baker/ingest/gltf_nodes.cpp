@@ -13,8 +13,6 @@
 
 namespace vcd::baker {
 
-using nlohmann::json;
-
 namespace {
 
 using Matrix = std::array<double, 12>;  // row-major 3 x 4, as Placement::transform
@@ -33,43 +31,23 @@ Matrix product(const Matrix& outer, const Matrix& inner) {
   return result;
 }
 
-// Finite: a number that a double cannot hold makes the whole JSON malformed.
-template <size_t kCount>
-std::array<double, kCount> numbers_or(const GltfObject& node, const char* key,
-                                      const std::array<double, kCount>& missing) {
-  if (!node.has(key)) return missing;
-  const json& entries = node.array(key);
-  if (entries.size() != kCount) {
-    node.fail(std::string(key) + " has " + std::to_string(entries.size()) + " numbers instead of " +
-              std::to_string(kCount));
-  }
-  std::array<double, kCount> numbers;
-  for (size_t i = 0; i < kCount; ++i) {
-    if (!entries[i].is_number()) node.fail(std::string(key) + " holds something else than a number");
-    numbers[i] = entries[i].get<double>();
-  }
-  return numbers;
-}
-
 // Exporters round: what is as near to 0, 0, 0, 1 as floats are exact, is it.
 constexpr double kLastRow = 1e-5;
 
-// `odd` gets what is wrong with the node and without consequence, a clause, or stays empty.
-Matrix given_matrix(const GltfObject& node, std::string& odd) {
-  const auto m = numbers_or<16>(node, "matrix", {});  // column-major
-  for (const char* key : {"translation", "rotation", "scale"})
-    if (node.has(key)) odd = std::string("has both a matrix and a ") + key + "; the matrix taken";
-  const bool affine = std::fabs(m[3]) <= kLastRow && std::fabs(m[7]) <= kLastRow && std::fabs(m[11]) <= kLastRow &&
-                      std::fabs(m[15] - 1) <= kLastRow;
-  if (!affine) odd = "the last row of its matrix is not 0, 0, 0, 1; taken as if it were";
-  return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
-}
-
-Matrix local_transform(const GltfObject& node, std::string& odd) {
-  if (node.has("matrix")) return given_matrix(node, odd);
-  const auto t = numbers_or<3>(node, "translation", {0, 0, 0});
-  auto q = numbers_or<4>(node, "rotation", {0, 0, 0, 1});
-  const auto s = numbers_or<3>(node, "scale", {1, 1, 1});
+// Numbers are finite: one that a double cannot hold makes the whole JSON malformed. `odd` gets what is wrong with the
+// node and without consequence, a clause, or keeps what it says.
+Matrix local_transform(const tinygltf::Node& node, std::string& odd) {
+  if (const auto& m = node.matrix; !m.empty()) {  // column-major
+    const bool affine = std::fabs(m[3]) <= kLastRow && std::fabs(m[7]) <= kLastRow && std::fabs(m[11]) <= kLastRow &&
+                        std::fabs(m[15] - 1) <= kLastRow;
+    if (!affine) odd = "the last row of its matrix is not 0, 0, 0, 1; taken as if it were";
+    return {m[0], m[4], m[8], m[12], m[1], m[5], m[9], m[13], m[2], m[6], m[10], m[14]};
+  }
+  const auto given = [](const std::vector<double>& numbers, std::vector<double> missing) {
+    return numbers.empty() ? missing : numbers;
+  };
+  const auto t = given(node.translation, {0, 0, 0}), s = given(node.scale, {1, 1, 1});
+  auto q = given(node.rotation, {0, 0, 0, 1});
   // The quaternions of files are rounded; dividing by the length makes them turn and nothing else.
   double length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
   if (!std::isnormal(length2)) {
@@ -77,7 +55,7 @@ Matrix local_transform(const GltfObject& node, std::string& odd) {
     q = {0, 0, 0, 1}, length2 = 1;
   }
   const double f = 2 / length2;
-  const auto [x, y, z, w] = q;
+  const double x = q[0], y = q[1], z = q[2], w = q[3];
   const std::array<double, 3> row_x = {1 - f * (y * y + z * z), f * (x * y - z * w), f * (x * z + y * w)};
   const std::array<double, 3> row_y = {f * (x * y + z * w), 1 - f * (x * x + z * z), f * (y * z - x * w)};
   const std::array<double, 3> row_z = {f * (x * z - y * w), f * (y * z + x * w), 1 - f * (x * x + y * y)};
@@ -89,7 +67,8 @@ Matrix local_transform(const GltfObject& node, std::string& odd) {
 class NodeReader {
  public:
   NodeReader(const GltfDocument& document, bool lights, Ingested& ingested)
-      : document_(document), lights_(lights), ingested_(ingested), nodes_(document.count("nodes")) {
+      : document_(document), lights_(lights), ingested_(ingested), nodes_(document.model().nodes.size()) {
+    document.check("/nodes");
     for (uint32_t i = 0; i < ingested.meshes.size(); ++i) mesh_of_source_.emplace(ingested.meshes[i].source_index, i);
   }
 
@@ -113,34 +92,23 @@ class NodeReader {
     Matrix to_scene = kIdentity;  // once it and its ancestors have been read
   };
 
-  GltfObject node(uint32_t index) const {
-    const GltfObject unnamed = document_.element("nodes", index);
-    const std::string name = unnamed.text_or("name", "");
-    if (name.empty()) return unnamed;
-    return GltfObject(document_.array("nodes")[index], unnamed.place() + " " + quoted(name));
-  }
+  using Element = GltfElement<tinygltf::Node>;
 
-  // The node that an entry of owner[list] stands for.
-  uint32_t node_index(const json& entry, const GltfObject& owner, const char* list) const {
-    if (!entry.is_number_unsigned()) owner.fail(std::string(list) + " holds something else than an index");
-    const uint64_t index = entry.get<uint64_t>();
-    if (index >= nodes_.size()) {
-      owner.fail(std::string(list) + ": node " + std::to_string(index) + " does not exist, the file has " +
-                 std::to_string(nodes_.size()));
-    }
-    return static_cast<uint32_t>(index);
+  Element node(uint32_t index) const {
+    Element node = document_.node(index);
+    if (!node->name.empty()) node.place.append(" ").append(quoted(node->name));
+    return node;
   }
 
   // The first parent that names a node is its parent.
   void find_parents() {
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
-      const GltfObject parent = node(index);
-      for (const json& entry : parent.array("children")) {
-        const uint32_t child = node_index(entry, parent, "children");
+      for (const int entry : document_.node(index)->children) {
+        const auto child = static_cast<uint32_t>(entry);
         if (!nodes_[child].parent) {
           nodes_[child].parent = index;
         } else if (*nodes_[child].parent != index) {
-          note(node(child).place() + ": is a child of node " + std::to_string(*nodes_[child].parent) +
+          note(node(child).place + ": is a child of node " + std::to_string(*nodes_[child].parent) +
                " and again of node " + std::to_string(index) + "; the first taken");
         }
       }
@@ -159,60 +127,60 @@ class NodeReader {
     }
     for (size_t i = 0; i < parents_first_.size(); ++i) {
       const uint32_t parent = parents_first_[i];
-      for (const json& entry : node(parent).array("children")) {
-        if (const auto child = entry.get<uint32_t>(); nodes_[child].parent == parent) pass(child);
+      for (const int entry : document_.model().nodes[parent].children) {
+        if (const auto child = static_cast<uint32_t>(entry); nodes_[child].parent == parent) pass(child);
       }
     }
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
       if (passed[index]) continue;
       nodes_[index].lost = true;
-      note(node(index).place() + " left out: it hangs on a cycle of nodes");
+      note(node(index).place + " left out: it hangs on a cycle of nodes");
     }
   }
 
   void mark_roots_of_scene() {
-    const std::optional<uint32_t> chosen = document_.index("scene");
-    if (!chosen && document_.count("scenes") == 0) {
+    document_.check("/scene");
+    document_.check("/scenes");
+    if (document_.model().scenes.empty()) {
       for (Node& each : nodes_) each.in_scene = !each.parent;
       return;
     }
-    const GltfObject scene = document_.element("scenes", chosen.value_or(0));
-    for (const json& entry : scene.array("nodes")) {
-      const uint32_t root = node_index(entry, scene, "nodes");
+    const auto scene = default_scene();
+    for (const int entry : scene->nodes) {
+      const auto root = static_cast<uint32_t>(entry);
       if (nodes_[root].parent && !nodes_[root].lost) {
-        note(node(root).place() + ": is a root of " + scene.place() + " and a child of node " +
+        note(node(root).place + ": is a root of " + scene.place + " and a child of node " +
              std::to_string(*nodes_[root].parent) + ", in whose frame it stands");
       }
       nodes_[root].in_scene = !nodes_[root].lost;
     }
   }
 
+  GltfElement<tinygltf::Scene> default_scene() const {
+    return document_.scene(static_cast<uint32_t>(std::max(document_.model().defaultScene, 0)));
+  }
+
   void find_transform(uint32_t index) {
     Node& here = nodes_[index];
     if (here.parent && nodes_[*here.parent].in_scene) here.in_scene = true;
-    std::string odd;
-    const Matrix local = local_transform(node(index), odd);
-    if (here.in_scene && !odd.empty()) note(node(index).place() + ": " + odd);
+    std::string odd = document_.oddity_of_node(index);
+    const Matrix local = local_transform(*document_.node(index).object, odd);
+    if (here.in_scene && !odd.empty()) note(node(index).place + ": " + odd);
     here.to_scene = here.parent ? product(nodes_[*here.parent].to_scene, local) : local;
   }
 
   void place(uint32_t index) {
-    const GltfObject here = node(index);
-    const std::optional<uint32_t> source = here.index("mesh");
-    if (!source) return;
-    if (*source >= document_.count("meshes")) {
-      here.fail("mesh " + std::to_string(*source) + " does not exist, the file has " +
-                std::to_string(document_.count("meshes")));
-    }
-    const auto mesh = mesh_of_source_.find(*source);
+    const Element here = node(index);
+    if (here->mesh < 0) return;
+    const auto mesh = mesh_of_source_.find(static_cast<uint32_t>(here->mesh));
     if (mesh == mesh_of_source_.end()) return;  // a note has said why
-    if (here.extension("EXT_mesh_gpu_instancing")) {
-      note(here.place() + " left out: its instances (EXT_mesh_gpu_instancing) are not read");
+    if (here->extensions.contains("EXT_mesh_gpu_instancing")) {
+      note(here.place + " left out: its instances (EXT_mesh_gpu_instancing) are not read");
       return;
     }
     const Placement placement{mesh->second, nodes_[index].to_scene};
     if (const char* reason = why_not_invertible(placement.transform)) {
-      note(here.place() + " left out: " + reason);
+      note(here.place + " left out: " + reason);
     } else {
       ingested_.placements.push_back(placement);
     }
@@ -224,8 +192,7 @@ class NodeReader {
       if (const auto light = light_of_node(document_, node(index), nodes_[index].to_scene))
         ingested_.lights.push_back(*light);
     }
-    if (document_.count("scenes") == 0) return;
-    if (!has_sky_light(document_.element("scenes", document_.index("scene").value_or(0)))) return;
+    if (document_.model().scenes.empty() || !has_sky_light(*default_scene().object)) return;
     ingested_.lights.emplace_back();
     ingested_.lights.back().shape = SceneLight::Shape::sky;
   }

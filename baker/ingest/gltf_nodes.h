@@ -13,12 +13,11 @@ namespace vcd::baker {
 // ingested.meshes, in the order of the nodes, and to ingested.notes what is left out: instances of
 // EXT_mesh_gpu_instancing, and transforms that are not invertible.
 //
-// The default scene is `scene`, else scene 0; in a file without scenes, all nodes. The hierarchy is checked
-// for all nodes, transforms and meshes for those of the scene. What other loaders take is taken with a note: a node of
-// two parents, a root that is a child too, both a matrix and parts of one, a last row of a matrix that is not 0 0 0 1,
-// a rotation without a direction, a cycle (which is left out). Throws GltfFailure (invalid_file), which names the node:
-// indices out of range, transforms that are not so many numbers. Time and memory are linear in the nodes, however deep
-// they are nested.
+// The default scene is `scene`, else scene 0; in a file without scenes, all nodes. All nodes are checked, also those
+// outside the scene. What other loaders take is taken with a note: a node of two parents, a root that is a child too,
+// both a matrix and parts of one, a last row of a matrix that is not 0 0 0 1, a rotation without a direction, a cycle
+// (which is left out). Throws GltfFailure (invalid_file), which names the node: indices out of range, transforms that
+// are not so many numbers. Time and memory are linear in the nodes, however deep they are nested.
 // lights: whether to append the scene's lights to ingested.lights, too (gltf_lights.h).
 void read_placements(const GltfDocument& document, bool lights, Ingested& ingested);
 

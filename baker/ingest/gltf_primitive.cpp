@@ -47,26 +47,16 @@ uint32_t triangle_count_of(GltfMode mode, size_t index_count) {
 
 }  // namespace
 
-GltfMode mode_of(const GltfObject& primitive) {
-  const uint64_t mode = primitive.integer_or("mode", static_cast<uint64_t>(GltfMode::triangles));
-  if (mode > static_cast<uint64_t>(GltfMode::triangle_fan))
-    fail_invalid("mode " + std::to_string(mode) + " does not exist");
-  return static_cast<GltfMode>(mode);
-}
+GltfMode mode_of(const tinygltf::Primitive& primitive) { return static_cast<GltfMode>(primitive.mode); }
 
 bool makes_triangles(GltfMode mode) { return mode >= GltfMode::triangles; }
 
-// What is malformed does not count here; it is an error once it is read.
 GltfPositions::GltfPositions(const GltfDocument& document, GltfBuffers& buffers)
     : document_(document), buffers_(buffers) {
-  static const nlohmann::json::json_pointer position("/attributes/POSITION");
-  for (const nlohmann::json& mesh : document.array("meshes")) {
-    if (!mesh.is_object() || !mesh.contains("primitives")) continue;
-    for (const nlohmann::json& primitive : mesh["primitives"]) {
-      if (!primitive.is_object() || !primitive.contains(position)) continue;
-      const nlohmann::json& accessor = primitive[position];
-      if (accessor.is_number_unsigned() && accessor.get<uint64_t>() <= UINT32_MAX)
-        ++uses_left_[accessor.get<uint32_t>()];
+  for (const tinygltf::Mesh& mesh : document.model().meshes) {
+    for (const tinygltf::Primitive& primitive : mesh.primitives) {
+      const auto position = primitive.attributes.find("POSITION");
+      if (position != primitive.attributes.end()) ++uses_left_[static_cast<uint32_t>(position->second)];
     }
   }
 }
@@ -87,21 +77,22 @@ const std::vector<Position>& GltfPositions::of(uint32_t accessor) {
   return last_;
 }
 
-std::vector<std::string> GltfMeshBuilder::append(const GltfObject& primitive) {
+std::vector<std::string> GltfMeshBuilder::append(const tinygltf::Primitive& primitive) {
   odd_.clear();
-  const uint32_t positions = primitive.required_object("attributes").required_index("POSITION");
-  if (const std::optional<GltfObject> draco = primitive.extension("KHR_draco_mesh_compression"))
-    append_draco(primitive, positions, *draco);
+  const auto positions = static_cast<uint32_t>(primitive.attributes.at("POSITION"));
+  const auto draco = primitive.extensions.find("KHR_draco_mesh_compression");
+  if (draco != primitive.extensions.end()) append_draco(primitive, positions, draco->second);
   else append_plain(primitive, positions);
   return std::move(odd_);
 }
 
-void GltfMeshBuilder::append_plain(const GltfObject& primitive, uint32_t position_accessor) {
+void GltfMeshBuilder::append_plain(const tinygltf::Primitive& primitive, uint32_t position_accessor) {
   const std::vector<Position>& positions = positions_.of(position_accessor);
   std::vector<uint32_t> indices;
-  if (const std::optional<uint32_t> index_accessor = primitive.index("indices")) {
-    indices = read_indices(document_, buffers_, *index_accessor);
-    check_in_range(indices, static_cast<uint32_t>(positions.size()), *index_accessor);
+  if (primitive.indices >= 0) {
+    const auto index_accessor = static_cast<uint32_t>(primitive.indices);
+    indices = read_indices(document_, buffers_, index_accessor);
+    check_in_range(indices, static_cast<uint32_t>(positions.size()), index_accessor);
   } else {
     indices.resize(positions.size());
     std::iota(indices.begin(), indices.end(), 0u);
@@ -140,12 +131,12 @@ void GltfMeshBuilder::append_used(const std::vector<Position>& positions, std::v
     index = first + static_cast<uint32_t>(std::lower_bound(used.begin(), used.end(), index) - used.begin());
 }
 
-void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t position_accessor,
-                                   const GltfObject& extension) {
+void GltfMeshBuilder::append_draco(const tinygltf::Primitive& primitive, uint32_t position_accessor,
+                                   const tinygltf::Value& extension) {
   if (mode_of(primitive) == GltfMode::triangle_fan) fail_invalid("Draco data cannot be a fan");
   const GltfPositionAccessor declared = check_position_accessor(document_, position_accessor);
-  const GltfView view = buffers_.view(extension.required_index("bufferView"));
-  const uint32_t id = extension.required_object("attributes").required_index("POSITION");
+  const GltfView view = buffers_.view(number_in(extension, "bufferView"));
+  const uint32_t id = number_in(extension.Get("attributes"), "POSITION");
   Result<DracoMesh> decoded = decode_draco(view.bytes, id);
   if (!decoded) fail_gltf(decoded.error().code, decoded.error().message);
   std::vector<Position>& positions = decoded->positions;
@@ -154,16 +145,15 @@ void GltfMeshBuilder::append_draco(const GltfObject& primitive, uint32_t positio
                    std::to_string(position_accessor) + " declares " + std::to_string(declared.count) +
                    "; those of the stream taken");
   }
-  const std::optional<uint32_t> index_accessor = primitive.index("indices");
-  if (index_accessor && mode_of(primitive) == GltfMode::triangles) {
-    const uint64_t index_count = check_index_accessor(document_, *index_accessor);
+  if (primitive.indices >= 0 && mode_of(primitive) == GltfMode::triangles) {
+    const uint64_t index_count = check_index_accessor(document_, static_cast<uint32_t>(primitive.indices));
     if (index_count != 3 * uint64_t{decoded->triangles.size()}) {
       odd_.push_back("the Draco stream holds " + std::to_string(decoded->triangles.size()) +
-                     " triangles, though accessor " + std::to_string(*index_accessor) + " declares " +
+                     " triangles, though accessor " + std::to_string(primitive.indices) + " declares " +
                      std::to_string(index_count) + " indices; those of the stream taken");
     }
   }
-  const bool declared_as_integers = declared.type.component != GltfComponent::float32;
+  const bool declared_as_integers = declared.type.component != TINYGLTF_COMPONENT_TYPE_FLOAT;
   if (declared_as_integers && !decoded->integer_positions) {
     fail_invalid("the Draco stream holds float positions, accessor " + std::to_string(position_accessor) +
                  " declares integers");

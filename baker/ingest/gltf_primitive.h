@@ -15,8 +15,7 @@ namespace vcd::baker {
 
 enum class GltfMode : uint32_t { points, lines, line_loop, line_strip, triangles, triangle_strip, triangle_fan };
 
-// Throws GltfFailure (invalid_file) for a mode that does not exist.
-GltfMode mode_of(const GltfObject& primitive);
+GltfMode mode_of(const tinygltf::Primitive& primitive);
 bool makes_triangles(GltfMode mode);
 
 // The positions of accessors, checked to be finite. Accessors that several primitives use are read once and kept until
@@ -41,19 +40,19 @@ class GltfMeshBuilder {
   GltfMeshBuilder(const GltfDocument& document, GltfBuffers& buffers, GltfPositions& positions)
       : document_(document), buffers_(buffers), positions_(positions) {}
 
-  // Appends a primitive whose mode makes triangles and which has a POSITION. Returns what about it is odd and was
+  // Appends a sound primitive whose mode makes triangles and which has a POSITION. Returns what about it is odd and was
   // passed over, one clause each: trailing indices that form no triangle, counts that a Draco stream contradicts.
   // Throws GltfFailure where anything that decides on the triangles is broken: non-finite positions, indices
   // out of range, and whatever accessors, views, buffers and their compression may lack.
-  std::vector<std::string> append(const GltfObject& primitive);
+  std::vector<std::string> append(const tinygltf::Primitive& primitive);
 
   size_t triangle_count() const { return mesh_.triangles.size(); }
   SourceMesh take() { return std::move(mesh_); }
 
  private:
-  void append_plain(const GltfObject& primitive, uint32_t position_accessor);
+  void append_plain(const tinygltf::Primitive& primitive, uint32_t position_accessor);
   void append_used(const std::vector<Position>& positions, std::vector<uint32_t>& indices);
-  void append_draco(const GltfObject& primitive, uint32_t position_accessor, const GltfObject& extension);
+  void append_draco(const tinygltf::Primitive& primitive, uint32_t position_accessor, const tinygltf::Value& extension);
   uint32_t append_positions(const std::vector<Position>& positions);  // returns the index of the first
 
   const GltfDocument& document_;

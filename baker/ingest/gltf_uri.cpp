@@ -4,7 +4,7 @@
 #include <cctype>
 #include <cstdint>
 
-#include "ingest/gltf_json.h"
+#include "ingest/gltf_failure.h"
 
 namespace vcd::baker {
 

@@ -215,8 +215,12 @@ TEST_F(GltfCompression, TheOtherFiltersAreUndone) {
       meshopt_encodeFilterQuat(filtered.data(), count, c.stride, 12, unit.data());
     }
     const Bytes compressed = encode_vertices(filtered, count, c.stride);
-    const json extension = {{"count", count}, {"byteStride", c.stride}, {"mode", "ATTRIBUTES"}, {"filter", c.name}};
-    const Bytes decoded = decode_meshopt(GltfObject(extension, "view"), compressed);
+    using tinygltf::Value;
+    const Value extension(Value::Object{{"count", Value(static_cast<int>(count))},
+                                        {"byteStride", Value(static_cast<int>(c.stride))},
+                                        {"mode", Value(std::string("ATTRIBUTES"))},
+                                        {"filter", Value(std::string(c.name))}});
+    const Bytes decoded = decode_meshopt({&extension, "view"}, compressed);
     Bytes expected = filtered;
     c.undo(expected.data(), count, c.stride);
     EXPECT_EQ(decoded, expected) << c.name;
@@ -243,7 +247,7 @@ TEST_F(GltfCompression, DefectsOfMeshoptViewsAreRefused) {
   refused(1, "byteStride", 8, invalid, "byteStride 8 is not allowed");
   refused(0, "count", 0, invalid, "count is 0");
   refused(1, "count", 7, invalid, "not a multiple of 3");
-  refused(0, "count", uint64_t{1} << 40, invalid, "cannot hold");
+  refused(0, "count", uint64_t{1} << 40, invalid, "count is above 2^32 - 1");
   refused(1, "count", 3 << 20, invalid, "cannot hold");
   refused(2, "count", 1 << 20, invalid, "cannot hold");
   refused(0, "count", 3, invalid, "differs from the 36 bytes");

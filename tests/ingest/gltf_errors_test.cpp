@@ -109,7 +109,7 @@ const std::vector<Defect> defects = {
     {"odd offset", [](json& d) { d["accessors"][0]["byteOffset"] = 2; }, invalid, "not aligned"},
     {"offset as text", [](json& d) { d["accessors"][0]["byteOffset"] = "0"; }, invalid, "byteOffset is not"},
     {"VEC2", [](json& d) { d["accessors"][0]["type"] = "VEC2"; }, invalid, "positions must be VEC3"},
-    {"no type", [](json& d) { d["accessors"][0].erase("type"); }, invalid, "positions must be VEC3"},
+    {"no type", [](json& d) { d["accessors"][0].erase("type"); }, invalid, "accessor 0: has no type"},
     {"integers", [](json& d) { d["accessors"][0]["componentType"] = uint32_type; }, invalid, "32-bit integers"},
     {"no such type", [](json& d) { d["accessors"][0]["componentType"] = 5124; }, invalid, "5124 does not exist"},
     {"undeclared", [](json& d) { d["accessors"][0]["componentType"] = int8_type; }, invalid, "KHR_mesh_quantization"},

@@ -173,12 +173,14 @@ struct Defect {
 
 const std::vector<Defect> defects = {
     {"no child", [](json& d) { d["nodes"][0]["children"] = {3}; },
-     "node 0 \"root\": children: node 3 does not exist, the file has 3"},
+     "node 0 \"root\", children: node 3 does not exist, the file has 3"},
     {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; }, "node 4294967296 does not exist"},
-    {"negative child", [](json& d) { d["nodes"][0]["children"] = {-1}; }, "node 0 \"root\": children holds something"},
+    {"negative child", [](json& d) { d["nodes"][0]["children"] = {-1}; },
+     "node 0 \"root\", children: an entry is not a non-negative"},
     {"children as text", [](json& d) { d["nodes"][0]["children"] = "all"; }, "children is not an array"},
-    {"no root", [](json& d) { d["scenes"][0]["nodes"] = {3}; }, "scene 0: nodes: node 3 does not exist"},
-    {"root as text", [](json& d) { d["scenes"][0]["nodes"] = {"0"}; }, "scene 0: nodes holds something"},
+    {"no root", [](json& d) { d["scenes"][0]["nodes"] = {3}; }, "scene 0, nodes: node 3 does not exist"},
+    {"root as text", [](json& d) { d["scenes"][0]["nodes"] = {"0"}; },
+     "scene 0, nodes: an entry is not a non-negative"},
     {"no scene", [](json& d) { d["scene"] = 1; }, "scene 1 does not exist"},
     {"scene as text", [](json& d) { d["scene"] = "0"; }, "scene is not a non-negative integer"},
     {"no mesh", [](json& d) { d["nodes"][1]["mesh"] = 1; }, "node 1: mesh 1 does not exist, the file has 1"},
@@ -410,7 +412,7 @@ TEST_F(GltfLights, WrongOnesLeaveNoneAndANote) {
   const json point = {{{"type", "point"}}};
   const std::tuple<json, json, const char*> faults[] = {
       {point, node_of_light(1), "light 1 does not exist"},
-      {{{{"type", "lamp"}}}, node_of_light(0), "type is not"},
+      {{{{"type", "lamp"}}}, node_of_light(0), "type \"lamp\" does not exist"},
       {{{{"type", "spot"}}}, node_of_light(0), "spot without a cone"},
       {{{{"type", "spot"}, {"spot", {{"outerConeAngle", 3}}}}}, node_of_light(0), "quarter turn"},
       {{{{"type", "point"}, {"range", -1}}}, node_of_light(0), "range is negative"},

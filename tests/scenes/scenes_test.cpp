@@ -436,6 +436,8 @@ TEST(Glb, DescribesNodesCameraLightsAndBounds) {
   }
   EXPECT_NEAR(document["cameras"][0]["perspective"]["yfov"].get<double>(),
               camera.vertical_fov_degrees * 3.14159265358979 / 180, 1e-9);
+  const nlohmann::json& perspective = document["cameras"][0]["perspective"];
+  EXPECT_TRUE(!perspective.contains("zfar") || perspective["zfar"].get<double>() > perspective["znear"].get<double>());
   for (size_t m = 0; m < 2; ++m) {
     const nlohmann::json& accessor = document["accessors"][2 * m + 1];
     for (int a = 0; a < 3; ++a) {
