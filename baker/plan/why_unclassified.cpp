@@ -58,7 +58,7 @@ Why why(const ProvenClassifier& proofs, const Tracer& tracer, const Cell& cell, 
   const auto attempt = proofs.try_blocked(cell, workspace);
   if (!attempt.looks_blocked) return changes_often(tracer, cell) ? Why::foliage : Why::silhouette;
   if (attempt.is_proven) return Why::known;
-  return attempt.ended_at == kBoundary ? Why::several : Why::boundary;
+  return attempt.ended_at == kBoundary ? Why::unproven : Why::boundary;
 }
 
 }  // namespace

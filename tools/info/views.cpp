@@ -73,9 +73,10 @@ std::vector<View> views_of(const ObjectContents& object, uint32_t pixels) {
 
 Result<std::string> classes_as_png(const SidecarContents& sidecar, const std::string& name) try {
   const size_t count = sidecar.objects.size();
+  if (count == 0) return Error{ErrorCode::usage, name + ": has no objects to draw"};
   if (count > kMostPictured)
-    return Error{ErrorCode::usage, "a picture holds " + std::to_string(kMostPictured) + " objects, and the file has " +
-                                       std::to_string(count)};
+    return Error{ErrorCode::usage, name + ": a picture holds " + std::to_string(kMostPictured) +
+                                       " objects, and the file has " + std::to_string(count)};
   Picture picture(4 * kTile + kGap, kTitle + static_cast<uint32_t>(count) * kBlock + kGap, kGround);
   picture.write(kGap, kGap, name + ": what look-ups say of lines, from eight directions", kInk);
   write_legend(picture, kGap + kLine);

@@ -28,7 +28,7 @@ std::vector<View> views_of(const ObjectContents& object, uint32_t pixels);
 
 // All objects of a sidecar in one picture, as a PNG file's bytes: eight views each, with a legend.
 // name  of the sidecar, for the picture's title
-// Error (usage): more than kMostPictured objects. Error (runtime): out of memory.
+// Errors: usage (no objects, or more than kMostPictured), runtime (out of memory).
 inline constexpr size_t kMostPictured = 32;
 Result<std::string> classes_as_png(const SidecarContents& sidecar, const std::string& name);
 

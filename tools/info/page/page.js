@@ -6,6 +6,7 @@ const find = id => document.getElementById(id);
 const css = rgb => `rgb(${rgb.map(Math.round).join(', ')})`;
 const nameOf = object => object.name || '(no name)';
 const percent = share => `${(100 * share).toFixed(share > 0 && share < 0.1 ? 1 : 0)}\u00a0%`;
+const counted = (count, thing) => `${count.toLocaleString('en')} ${thing}${count === 1 ? '' : 's'}`;
 const mix = (a, b, share) => a.map((x, k) => x + (b[k] - x) * share);
 
 const CLASSES = [['clear', 'Clear'], ['blocked', 'Blocked, proven'], ['unclassified', 'Unclassified'],
@@ -28,8 +29,8 @@ const WHYS = [
    says: 'on straight ways through the cell they change more often: parts or gaps are thinner than it is wide'},
   {name: 'Boundary', colour: [214, 69, 107],
    says: 'its lines look blocked, and the sheet that blocks them ends in the cell, at a boundary or non-manifold edge'},
-  {name: 'Several sheets', colour: [142, 107, 191],
-   says: 'its lines look blocked, and no single sheet blocks them all'},
+  {name: 'Unproven', colour: [142, 107, 191],
+   says: 'its lines look blocked to 16 rays, and no one sheet is proven to block them all'},
   {name: 'Known', colour: [228, 186, 40],
    says: 'a proof succeeds: the bake tried none, or gave the class up, or never asked, to save bytes'},
 ];
@@ -122,8 +123,9 @@ class Page {
     this.shown = this.all[number];
     const o = this.shown.object;
     this.view.show(o, this.shown.positions, this.shown.indices);
-    const drawn = o.thinned ? `thinned to ${o.drawn.toLocaleString('en')} for this page` : 'all drawn';
-    find('summary').textContent = `${nameOf(o)}: ${o.triangles.toLocaleString('en')} triangles, ${drawn}, from `
+    const drawn = o.thinned ? `thinned to ${o.drawn.toLocaleString('en')} for this page`
+        : o.drawn > o.triangles ? 'cut finer for the colours' : 'all drawn';
+    find('summary').textContent = `${nameOf(o)}: ${counted(o.triangles, 'triangle')}, ${drawn}, from `
         + `${o.mesh_source}.` + (o.method === 'none' ? '' : ` Baked ${o.method}, depth ${o.depth}.`);
     this.tellFacts(o);
     this.showViews(o);
@@ -227,7 +229,7 @@ class Page {
           : 'The tree is too large for this page: there is no look-up here.'));
     }
     parts.push(element('p', `Cell: ${low} (${s}, ${t}) to ${high} (${u}, ${v}), of ${2 ** o.depth} × ${2 ** o.depth} `
-        + `squares a face. The line meets ${line.met} triangle${line.met === 1 ? '' : 's'} as drawn.`, {id: 'cell'}));
+        + `squares a face. The line meets ${counted(line.met, 'triangle')} as drawn.`, {id: 'cell'}));
     if (line.triangle >= 0) parts.push(...this.ofPlace(line.triangle));
     find('reading').replaceChildren(...parts);
   }

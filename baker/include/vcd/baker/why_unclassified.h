@@ -16,7 +16,7 @@ enum class Why : uint8_t {
   silhouette,  // the cell has clear and blocked lines, and on a straight way through it they change at most once
   foliage,     // on some straight way they change more often: parts or gaps are thinner than the cell is wide
   boundary,    // it looks blocked, and the sheet that blocks it ends in the cell: at a boundary or non-manifold edge
-  several,     // it looks blocked, and no single sheet blocks all of its lines
+  unproven,    // it looks blocked, and no sheet is proven to block all of its lines
   known,       // a proof succeeds: the method tries none, or the class was given up, or never asked, to save bytes
 };
 inline constexpr size_t kWhys = 5;
