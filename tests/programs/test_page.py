@@ -342,9 +342,13 @@ class InBrowser(PageCase):
                 longest = max(abs(x) / e for x, e in zip(d, extent))
                 lines.append([x - y * 1.5 / longest for x, y in zip(a, d)] + [y * 3 / longest for y in d])
             answers = self.classify(path, b"".join(struct.pack("<8f", *l[:3], 0, *l[3:], 1) for l in lines))
-            o = {"box_min": record.box_min, "box_max": record.box_max, "depth": record.depth, "levels": record.levels,
-                 "tree": {"blocks256": record.block256_count, "blocks16": record.block16_count,
-                          "top_bytes": -(-(15 * 16 ** min(record.levels - 2, 3) + 1) * 4 // 64) * 64}}
+            pools, top = file.tree(0).pools, min(record.levels - 2, 3)
+            tables, at = [[0, top]], -(-(15 * 16 ** top + 1) * 4 // 64) * 64
+            for pool in pools[:-1]:
+                tables.append([at, pool.bits])
+                at += 4 * 16 ** pool.bits * len(pool.blocks)
+            o = {"box_min": record.box_min, "box_max": record.box_max, "depth": record.depth,
+                 "tree": {"tables": tables, "bricks": at}}
             classes = self.browser.ask("""const [object, tree, lines] = arguments, bytes = Uint8Array.from(atob(tree), c => c.charCodeAt(0));
                 return lines.map(l => { const at = locate(object, l.slice(0, 3), l.slice(3)); return at ? classOf(object, bytes, at) : 0; });""",
                 o, base64.b64encode(file.contents[record.tree_section]).decode(), lines)

@@ -94,16 +94,25 @@ Result<Json> views_json(const ObjectContents& object) {
   return views;
 }
 
+// The tree's bytes; where its tables of words begin in them and how many levels a word of each resolves; where its
+// bricks begin.
 Json tree_json(const ObjectContents& object, Arrays& arrays, size_t& tree_bytes) {
   if (object.record->method == static_cast<uint8_t>(Method::none)) return nullptr;
-  const TreeView& tree = object.tree;
-  const uint64_t size = tree.shape.bytes(tree.block256_count, tree.block16_count, tree.brick_count);
+  std::vector<Bytes> pieces = tree_pieces(object.tree);
+  std::erase_if(pieces, [](Bytes piece) { return piece.empty(); });
+  size_t size = 0;
+  for (const Bytes piece : pieces) size += piece.size();
   if (tree_bytes + size > kMostTreeBytes) return nullptr;
   tree_bytes += size;
-  return {{"place", arrays.add(tree_pieces(tree))},
-          {"blocks256", tree.block256_count},
-          {"blocks16", tree.block16_count},
-          {"top_bytes", tree.shape.top_bytes()}};
+  const TreeShape shape = object.tree.shape;
+  Json tables = {{0, shape.top_levels}};
+  size_t at = pieces[0].size(), levels = shape.levels - 2 - shape.top_levels;
+  for (size_t i = 1; i + 1 < pieces.size(); ++i) {  // the last are bricks
+    const size_t after = pieces.size() - 2 - i;     // tables, each of which resolves one level
+    tables.push_back({at, levels - after});
+    at += pieces[i].size(), levels = after;
+  }
+  return {{"place", arrays.add(pieces)}, {"tables", tables}, {"bricks", at}};
 }
 
 Json horizons_json(const ObjectMesh& mesh, const DrawnSurface& surface, Arrays& arrays) {
@@ -134,7 +143,6 @@ Result<Json> object_json(const ObjectContents& object, const ObjectMesh& mesh, s
               {"facts", facts_of(object, mesh.mesh)},
               {"method", method_name(static_cast<Method>(record.method))},
               {"depth", record.depth},
-              {"levels", object.tree.shape.levels},
               {"box_min", record.box_min},
               {"box_max", record.box_max},
               {"mesh_source", mesh.source},

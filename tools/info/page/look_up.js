@@ -35,17 +35,12 @@ function locate(object, origin, direction) {
 
 // The number of a class: 0 clear, 1 blocked, 2 unclassified, 3 statistically blocked. tree: the section's bytes.
 function classOf(object, tree, line) {
-  const levels = object.levels, top = Math.min(levels - 2, 3);
   const index = (bits, k) => line.cell.reduce((sum, x) => (sum << bits) | ((x >> k) & ((1 << bits) - 1)), 0);
   const word = at => new DataView(tree.buffer, tree.byteOffset + at, 4).getUint32(0, true);
-  const {blocks256, blocks16, top_bytes} = object.tree;
-  let k = 8 - top;
-  let number = word(4 * (line.pair * 16 ** top + index(top, k)));
-  if (levels >= 7) number = word(top_bytes + 4 * (256 * number + index(2, k -= 2)));
-  if (levels === 6 || levels === 8) number = word(top_bytes + 1024 * blocks256 + 4 * (16 * number + index(1, --k)));
+  let number = line.pair, k = 8;
+  for (const [at, bits] of object.tree.tables) number = word(at + 4 * (number * 16 ** bits + index(bits, k -= bits)));
   const cell = index(2, k - 2);
-  const brick = top_bytes + 1024 * blocks256 + 64 * blocks16 + 64 * number;
-  return (tree[brick + (cell >> 2)] >> (2 * (cell & 3))) & 3;
+  return (tree[object.tree.bricks + 64 * number + (cell >> 2)] >> (2 * (cell & 3))) & 3;
 }
 
 // The line through a point, as {origin, direction}: t from 0 to 1 is from one length of its way through the box before
