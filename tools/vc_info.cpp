@@ -36,7 +36,9 @@ struct Options {
   std::string repack, merge, asked, culprits, page, picture, mesh;
   uint64_t most_segments = kMostAskedSegments;
   library::BakeSettings settings;  // its storage is that of --repack; how mesh files are read
-  bool sections = false;
+  bool sections = false, pages = false;
+
+  bool draws() const { return pages || !page.empty() || !picture.empty(); }
 };
 
 // How much of what a demand asks of an object its cells answer.
@@ -190,13 +192,16 @@ bool is_demand(const std::string& path) {
   return file.read(begin.data(), begin.size()) && std::string_view(begin.data(), begin.size()) == kDemandBegin;
 }
 
-// Why a page or picture must not be written there.
-std::optional<Error> fault_of_drawing(const std::string& path, const Options& options) {
-  if (options.files.size() != 1 || is_demand(options.files[0]) ||
-      library::has_extension(options.files[0], baker::mesh_extensions()))
-    return Error{ErrorCode::usage, "--page and --picture take one sidecar"};
-  if (!library::may_be_written(path))
-    return Error{ErrorCode::usage, shown(path) + ": is named like a mesh or a sidecar"};
+// Why pages or pictures must not be written.
+std::optional<Error> fault_of_drawing(const Options& options) {
+  if ((!options.page.empty() || !options.picture.empty()) && options.files.size() != 1)
+    return Error{ErrorCode::usage, "--page and --picture take one sidecar at a time"};
+  for (const std::string& file : options.files)
+    if (is_demand(file) || library::has_extension(file, baker::mesh_extensions()))
+      return Error{ErrorCode::usage, shown(file) + ": is no sidecar, and only sidecars are drawn"};
+  for (const std::string& path : {options.page, options.picture})
+    if (!path.empty() && !library::may_be_written(path))
+      return Error{ErrorCode::usage, shown(path) + ": is named like a mesh or a sidecar"};
   return std::nullopt;
 }
 
@@ -246,14 +251,15 @@ int draw(const std::string& path, const SidecarContents& contents, const Options
     const auto written = file.commit();
     if (!written) return print_error(written.error().message), exit_code(written.error().code);
     if (!options.common.quiet)
-      std::fprintf(stderr, "%s -> %s, %s\n", shown(path).c_str(), shown(to).c_str(), readable_bytes(*written).c_str());
+      std::printf("%s -> %s, %s\n", shown(path).c_str(), shown(to).c_str(), readable_bytes(*written).c_str());
     return +kExitOk;
   };
   int code = kExitOk;
   if (!options.picture.empty())
     code = write(options.picture, classes_as_png(contents, shown(std::filesystem::path(path).filename())));
-  if (code == kExitOk && !options.page.empty())
-    code = write(options.page, page_of(path, contents, {options.mesh, options.settings.ingest_options(), interrupted}));
+  const std::string page = options.pages ? path + std::string(kPageEnding) : options.page;
+  if (code == kExitOk && !page.empty())
+    code = write(page, page_of(path, contents, {options.mesh, options.settings.ingest_options(), interrupted}));
   return code;
 }
 
@@ -298,9 +304,8 @@ int run(const Options& options) {
         is_one ? fault_of_culprits(options.culprits) : Error{ErrorCode::usage, "--culprits takes one mesh file"};
     if (fault) return print_error(fault->message), exit_code(fault->code);
   }
-  for (const std::string& drawn : {options.page, options.picture}) {
-    if (drawn.empty()) continue;
-    const auto fault = fault_of_drawing(drawn, options);
+  if (options.draws()) {
+    const auto fault = fault_of_drawing(options);
     if (fault) return print_error(fault->message), exit_code(fault->code);
   }
   catch_interruptions();
@@ -342,7 +347,7 @@ int run(const Options& options) {
       }
       continue;
     }
-    if (!options.page.empty() || !options.picture.empty()) {
+    if (options.draws()) {
       codes.back() = draw(path, sidecar->contents(), options);
       continue;
     }
@@ -352,7 +357,7 @@ int run(const Options& options) {
       print(path, sidecar->contents(), asked, options.sections);
     }
   }
-  if (options.common.format == OutputFormat::json && options.repack.empty())
+  if (options.common.format == OutputFormat::json && options.repack.empty() && !options.draws())
     print_json({{"tool", "vc-info"}, {"version", VCD_VERSION}, {"files", all}});
   return batch_exit_code(codes);
 }
@@ -383,6 +388,10 @@ int main(int argc, char** argv) {
                  "The mesh file, for --page, of a sidecar that holds no triangles (baked with --no-hierarchy)")
       ->type_name("MESH")
       ->needs(page);
+  auto* const pages =
+      app.add_flag("--pages", options.pages,
+                   "Write such a page beside each sidecar, as NAME.vcd.html: the report of vc-bake links to them")
+          ->excludes(page);
   auto* const picture = app.add_option("--picture", options.picture,
                                        "Write a picture: the classes of lines of sight from eight directions, a line a "
                                        "pixel. White is clear; dark is\n"
@@ -394,7 +403,7 @@ int main(int argc, char** argv) {
   auto* const merge =
       app.add_option("--merge", options.merge, "Write to this file what all these demands ask")->type_name("PATH");
   merge->excludes(repack);
-  for (auto* const other : {repack, merge}) other->excludes(page), other->excludes(picture);
+  for (auto* const other : {repack, merge}) other->excludes(page), other->excludes(pages), other->excludes(picture);
   app.add_option("--most-segments", options.most_segments,
                  "Of the merged demand: a sample that stands for all (default: 16777216, the most that a file holds)")
       ->check(CLI::Range(uint64_t{1}, kMostAskedSegments))

@@ -175,9 +175,17 @@ class Page(PageCase):
         self.assertNotIn("<", re.search('id="data">(.*?)</script>', text, re.S)[1])
         self.assertEqual(data_of(self.folder / "page.html")[0]["objects"][0]["name"], "a<b>&{{css}}")
 
+    def test_beside_many_sidecars(self):
+        (one, first), (two, second) = self.bake(), self.bake(name="two.obj")
+        said = self.run_program("vc-info", "--pages", first, second, self.folder / "gone.vcd", code=9)
+        self.assertEqual(len(said.stdout.splitlines()), 2)
+        self.assertIn("gone.vcd", said.stderr)
+        for sidecar in (first, second):
+            self.assertEqual(data_of(sidecar.with_name(sidecar.name + ".html"))[0]["file"], sidecar.name)
+
     def test_refuses(self):
         mesh, sidecar = self.bake()
-        for arguments, says in (((sidecar, sidecar, "--page", "p.html"), "one sidecar"), ((mesh, "--picture", "p.png"), "one sidecar"),
+        for arguments, says in (((sidecar, sidecar, "--page", "p.html"), "one sidecar"), ((mesh, "--picture", "p.png"), "sphere.obj: is no sidecar"),
                                 ((sidecar, "--page", sidecar), "named like a mesh or a sidecar"), ((sidecar, "--mesh", mesh), "--page")):
             self.assertIn(says, self.run_program("vc-info", *arguments, code=1).stderr)
         self.assertIn("no/p.png", self.run_program("vc-info", sidecar, "--picture", self.folder / "no/p.png", code=2).stderr)
