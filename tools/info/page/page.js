@@ -131,7 +131,7 @@ class Page {
     this.showViews(o);
     if (!this.mode.exists(this.shown)) this.mode = MODES[0];
     this.showModes();
-    this.keep(false);
+    this.kept = false;
     this.tell(null);
   }
 
@@ -181,9 +181,9 @@ class Page {
       const still = down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 6;
       down = null;
       if (!still) return;
-      this.keep(false);
-      this.tell(this.view.lineAt(e.clientX, e.clientY));
-      this.keep(this.isTold);
+      const line = this.view.lineAt(e.clientX, e.clientY);
+      this.kept = cellOfLine(this.shown.object, line.point, line.direction) !== null;
+      this.tell(line);
     });
     canvas.addEventListener('pointermove', e => {
       if (e.pointerType !== 'mouse' || e.buttons || this.kept) return;
@@ -196,19 +196,14 @@ class Page {
     canvas.addEventListener('pointerleave', () => { if (!this.kept) this.tell(null); });
   }
 
-  keep(kept) {
-    this.kept = kept;
-    const button = find('reading').querySelector('button');
-    if (button) button.hidden = !kept;
-  }
-
   tell(line) {
     const o = this.shown.object, cell = line && cellOfLine(o, line.point, line.direction);
-    this.isTold = Boolean(cell);
-    const head = element('h2', 'The line under the cursor'), release = element('button', 'let go');
-    release.hidden = !this.kept;
-    release.addEventListener('click', () => { this.keep(false); this.tell(null); });
-    head.append(release);
+    const head = element('h2', this.kept ? 'The line that is kept' : 'The line under the cursor');
+    if (this.kept) {
+      const release = element('button', 'let go');
+      release.addEventListener('click', () => { this.kept = false; this.tell(null); });
+      head.append(release);
+    }
     if (!cell) {
       this.view.showCell(null);
       find('reading').replaceChildren(head, element('p', line ? 'It misses the box: clear.'
@@ -254,7 +249,7 @@ class Page {
       parts.push(element('p', 'Why not:'), list);
     }
     if (horizons && horizons[t] < 255)
-      parts.push(element('p', `Its horizon: ${percent(horizons[t] / 254)} of the directions above it are clear.`));
+      parts.push(element('p', `Its horizon: ${percent(horizons[t] / 254)} of the directions above it are proven clear.`));
     return parts;
   }
 }
