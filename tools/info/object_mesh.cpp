@@ -114,6 +114,14 @@ class MeshesOfFile {
   std::vector<PreparedMesh> meshes_;
 };
 
+bool is_inside(const PreparedMesh& mesh, const ObjectRecord& record) {
+  return std::ranges::all_of(mesh.positions, [&](const Position& p) {
+    for (size_t a = 0; a < 3; ++a)
+      if (!(p[a] >= record.box_min[a] && p[a] <= record.box_max[a])) return false;
+    return true;
+  });
+}
+
 }  // namespace
 
 Result<std::vector<ObjectMesh>> meshes_of(const std::string& path, const SidecarContents& sidecar,
@@ -136,6 +144,8 @@ Result<std::vector<ObjectMesh>> meshes_of(const std::string& path, const Sidecar
     if (!found) return Error{ErrorCode::invalid_file, place + ": hierarchy: " + found.error().message};
     if (found->mesh.geometry_hash != record.geometry_hash)
       return Error{ErrorCode::invalid_file, place + ": its triangles are not those of its geometry hash"};
+    if (!is_inside(found->mesh, record))
+      return Error{ErrorCode::invalid_file, place + ": its triangles are not inside its box"};
     std::ranges::copy(record.box_min, found->mesh.box_min.begin());
     std::ranges::copy(record.box_max, found->mesh.box_max.begin());
     meshes.push_back(std::move(*found));

@@ -26,7 +26,7 @@ struct ObjectMesh {
 // path       of the sidecar, for messages
 // mesh_file  may be empty; it is read as it was for the bake, and only if an object needs it
 // Errors: usage (a mesh is nowhere, or the file has none of an object's geometry), invalid_file (the triangles in the
-// sidecar are not those of its hash), those of load_meshes() and embedded_mesh().
+// sidecar are not those of its hash, or not in its box), those of load_meshes() and embedded_mesh().
 Result<std::vector<ObjectMesh>> meshes_of(const std::string& path, const SidecarContents& sidecar,
                                           const std::string& mesh_file, const baker::IngestOptions& options);
 
