@@ -31,7 +31,7 @@ WHY_BROWSER = "needs chromium, chromium-driver, python3-selenium; tools/install_
 DIRECTIONS = 48
 
 
-def sphere(rings=10, around=16, hole=False):
+def sphere(rings=10, around=18, hole=False):
     """A closed mesh as OBJ; with a hole: without the cap at one pole."""
     points = [(0, 1, 0)] + [(math.sin(math.pi * r / rings) * math.cos(math.tau * k / around), math.cos(math.pi * r / rings),
                              math.sin(math.pi * r / rings) * math.sin(math.tau * k / around))
@@ -99,7 +99,6 @@ class Page(PageCase):
     def test_is_the_same_each_time(self):
         _, sidecar = self.bake("--horizons")
         self.assertEqual(self.page(sidecar).read_bytes(), self.page(sidecar, name="again.html").read_bytes())
-        self.assertNotIn(str(self.folder), self.page(sidecar).read_text().split('id="data"')[1].split("provenance")[0])
 
     def test_holds_what_vc_info_prints_and_the_tree(self):
         _, sidecar = self.bake()
@@ -234,7 +233,7 @@ class InBrowser(PageCase):
         cls.browser = page_browser.Browser("--use-angle=swiftshader", "--enable-unsafe-swiftshader")
         cls.addClassCleanup(cls.browser.close)
 
-    def open(self, page, width=1280, height=800):
+    def open(self, page, width=900, height=500):
         self.browser.requests(), self.browser.complaints()
         self.browser.open(page, width, height)
         self.browser.driver.execute_async_script("const done = arguments[0], wait = () => window.page ? done() : setTimeout(wait, 10); wait()")
@@ -262,9 +261,25 @@ class InBrowser(PageCase):
         return self.browser.ask("return new Promise(done => requestAnimationFrame(() => setTimeout(() => "
                                 "done(document.getElementById('reading').textContent), 30)))")
 
+    def check_pictures(self, page):
+        """They have the shares that stand below them."""
+        views = data_of(page)[0]["objects"][0]["views"]
+        counted = self.browser.ask("""return [...document.querySelectorAll('#views img')].map(image => {
+            const canvas = document.createElement('canvas'), n = canvas.width = canvas.height = image.naturalWidth;
+            const context = canvas.getContext('2d');
+            context.drawImage(image, 0, 0);
+            const bytes = context.getImageData(0, 0, n, n).data, counts = [0, 0, 0, 0];
+            for (let i = 0; i < bytes.length; i += 4) ++counts[data.class_colours.findIndex(c => c.every((x, k) => x === bytes[i + k]))];
+            return counts.map(c => c / (n * n)); })""")
+        self.assertEqual(len(counted), 8)
+        for view, shares in zip(views, counted):
+            for told, share in zip(view["shares"], shares):
+                self.assertAlmostEqual(told, share, delta=1e-9)
+
     def test_draws_tells_and_loads_nothing(self):
-        page = self.page(self.bake("--horizons")[1])
+        page = self.page(self.bake("--horizons", method="hybrid")[1])
         self.open(page)
+        self.check_pictures(page)
         self.assertEqual([u for u in self.browser.requests() if not u.startswith(("data:", "blob:"))], [page.as_uri()])
         share, colours = self.drawn()
         self.assertTrue(0.1 < share < 0.6, share)
@@ -292,21 +307,6 @@ class InBrowser(PageCase):
             self.mouse(kind, at, y, 1)
         self.assertNotEqual(self.browser.ask("return page.view.camera.position.toArray()"), before)
         self.assertEqual(self.complaints(), [])
-
-    def test_pictures_have_the_shares_that_stand_below(self):
-        self.open(self.page(self.bake(method="hybrid")[1]))
-        views = data_of(self.folder / "page.html")[0]["objects"][0]["views"]
-        counted = self.browser.ask("""return [...document.querySelectorAll('#views img')].map(image => {
-            const canvas = document.createElement('canvas'), n = canvas.width = canvas.height = image.naturalWidth;
-            const context = canvas.getContext('2d');
-            context.drawImage(image, 0, 0);
-            const bytes = context.getImageData(0, 0, n, n).data, counts = [0, 0, 0, 0];
-            for (let i = 0; i < bytes.length; i += 4) ++counts[data.class_colours.findIndex(c => c.every((x, k) => x === bytes[i + k]))];
-            return counts.map(c => c / (n * n)); })""")
-        self.assertEqual(len(counted), 8)
-        for view, shares in zip(views, counted):
-            for told, share in zip(view["shares"], shares):
-                self.assertAlmostEqual(told, share, delta=1e-9)
 
     def test_on_a_phone(self):
         self.open(self.page(self.bake()[1]), 390, 844)
@@ -342,7 +342,7 @@ class InBrowser(PageCase):
             record, rng = file.objects[0], random.Random(depth)
             extent = [b - a for a, b in zip(record.box_min, record.box_max)]
             lines = []
-            while len(lines) < 4000:
+            while len(lines) < 1000:
                 a, b = ([lo + e * rng.random() for lo, e in zip(record.box_min, extent)] for _ in range(2))
                 d = [4 * (y - x) for x, y in zip(a, b)]
                 if len(lines) % 5 == 0:
