@@ -306,6 +306,8 @@ class InBrowser(PageCase):
         for kind, at in (("mousePressed", x), ("mouseMoved", x + 80), ("mouseReleased", x + 80)):
             self.mouse(kind, at, y, 1)
         self.assertNotEqual(self.browser.ask("return page.view.camera.position.toArray()"), before)
+        self.assertEqual(self.browser.ask("document.getElementById('up').click(); return page.view.camera.up.toArray()"), [0, 0, 1])
+        self.assertGreater(self.drawn()[0], 0.1)
         self.assertEqual(self.complaints(), [])
 
     def test_on_a_phone(self):

@@ -115,6 +115,8 @@ class Page {
     data.objects.forEach((o, i) => choice.append(element('option', `${o.source_index} ${nameOf(o)}`, {value: i})));
     choice.hidden = data.objects.length < 2;
     choice.addEventListener('change', () => this.show(Number(choice.value)));
+    this.up = 'y';
+    find('up').addEventListener('click', () => this.stand(this.up === 'y' ? 'z' : 'y'));
     this.listen(find('view'));
     this.show(0);
   }
@@ -123,6 +125,7 @@ class Page {
     this.shown = this.all[number];
     const o = this.shown.object;
     this.view.show(o, this.shown.positions, this.shown.indices);
+    this.stand(this.up);
     const drawn = o.thinned ? `thinned to ${o.drawn.toLocaleString('en')} for this page`
         : o.drawn > o.triangles ? 'cut finer for the colours' : 'all drawn';
     find('summary').textContent = `${nameOf(o)}: ${counted(o.triangles, 'triangle')}, ${drawn}, from `
@@ -133,6 +136,12 @@ class Page {
     this.showModes();
     this.kept = false;
     this.tell(null);
+  }
+
+  stand(up) {
+    this.up = up;
+    find('up').textContent = `${up} is up`;
+    this.view.stand(up);
   }
 
   showModes() {
@@ -262,5 +271,7 @@ async function start() {
   find('made').textContent = `${data.file}, ${data.bytes.toLocaleString('en')} bytes. Made by vc-info ${data.version}.`;
   window.page = new Page(arrays);
 }
-start().catch(error => { find('hint').textContent = `This browser cannot draw the object: ${error.message}`;
-                         console.error(error); });
+start().catch(error => {
+  find('reading').textContent = `This browser cannot draw the object: ${error.message}`;
+  console.error(error);
+});

@@ -12,16 +12,12 @@ class View3D {
     lamp.position.set(0.4, 0.6, 1);
     this.camera.add(lamp, lamp.target);
     this.scene.add(this.camera, new THREE.AmbientLight(0xffffff, 0.6));
-    this.controls = new THREE.OrbitControls(this.camera, canvas);
-    this.controls.enablePan = true;
-    this.controls.screenSpacePanning = true;
-    this.controls.addEventListener('change', () => this.draw());
     this.material = new THREE.MeshLambertMaterial({vertexColors: THREE.VertexColors || true, side: THREE.DoubleSide});
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.draw());
   }
 
-  // Everything is drawn in a frame in which the box is around 0 and its half diagonal is 1.
+  // Everything is drawn in a frame in which the box is around 0 and its half diagonal is 1. stand() has to follow.
   show(object, positions, indices) {
     for (const old of [this.mesh, this.box, this.cell]) if (old) this.scene.remove(old);
     if (this.mesh) this.mesh.geometry.dispose();
@@ -42,14 +38,21 @@ class View3D {
     this.box.material.transparent = true;
     this.box.material.opacity = 0.55;
     this.scene.add(this.mesh, this.box);
-    this.controls.reset();
     this.resize();
+  }
+
+  // Puts the eye where it begins; it turns around an axis of the object, 'y' or 'z'.
+  stand(up) {
     const half = this.camera.fov * Math.PI / 360, narrow = Math.min(1, this.camera.aspect);
-    const away = 1.08 / Math.sin(Math.atan(Math.tan(half) * narrow));
-    this.camera.position.set(0.5 * away, 0.35 * away, 0.79 * away);
+    const away = 1.08 / Math.sin(Math.atan(Math.tan(half) * narrow)), high = 0.35 * away;
+    this.camera.up.set(0, up === 'y' ? 1 : 0, up === 'z' ? 1 : 0);
+    this.camera.position.set(0.5 * away, up === 'y' ? high : -0.79 * away, up === 'y' ? 0.79 * away : high);
+    if (this.controls) this.controls.dispose();
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);  // takes the camera's `up` now only
+    this.controls.screenSpacePanning = true;
     this.controls.minDistance = 0.05;
     this.controls.maxDistance = 4 * away;
-    this.controls.update();
+    this.controls.addEventListener('change', () => this.draw());
     this.draw();
   }
 
