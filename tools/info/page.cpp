@@ -159,6 +159,15 @@ Result<Json> object_json(const ObjectContents& object, const ObjectMesh& mesh, s
               {"views", *views}};
 }
 
+// Of an object with so many of all triangles. Where they are too many, half of what may be drawn is shared out by size
+// and half equally, so that small objects stay whole.
+size_t most_drawn(size_t triangles, size_t all, size_t objects) {
+  const size_t equal_share = kMostDrawnTriangles / objects;
+  if (all <= kMostDrawnTriangles) return triangles + equal_share;  // room to cut
+  const double of_all = static_cast<double>(triangles) / static_cast<double>(all);
+  return equal_share / 2 + static_cast<size_t>(of_all * kMostDrawnTriangles / 2) + 1;
+}
+
 // The template, with each {{NAME}} replaced. Nothing is replaced in what was put in.
 std::string filled(std::string_view html, const std::vector<std::pair<std::string_view, std::string_view>>& parts) {
   std::string page;
@@ -180,14 +189,12 @@ Result<std::string> page_of(const std::string& path, const SidecarContents& side
   if (!meshes) return meshes.error();
   size_t all = 0;
   for (const ObjectMesh& mesh : *meshes) all += mesh.mesh.triangles.size();
-  const double kept = std::min(1.0, static_cast<double>(kMostDrawnTriangles) / static_cast<double>(all));
   Arrays arrays;
   size_t tree_bytes = 0;
   Json objects = Json::array();
   for (size_t i = 0; i < meshes->size(); ++i) {
     const ObjectMesh& mesh = (*meshes)[i];
-    const auto most = kept < 1 ? static_cast<size_t>(kept * static_cast<double>(mesh.mesh.triangles.size())) + 1
-                               : kMostDrawnTriangles / meshes->size() + mesh.mesh.triangles.size();
+    const size_t most = most_drawn(mesh.mesh.triangles.size(), all, meshes->size());
     auto object = object_json(sidecar.objects[i], mesh, most, arrays, tree_bytes, options);
     if (!object) return object.error();
     objects.push_back(std::move(*object));

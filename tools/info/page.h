@@ -17,8 +17,8 @@ struct PageOptions {
   std::function<bool()> stop;   // asked often; true ends it with an error
 };
 
-// What a page holds at most. Meshes of more triangles are thinned, by the same factor; trees beyond are left out in the
-// order of the objects, and there is no look-up under the cursor then. The page says so.
+// What a page holds at most. Meshes of more triangles together are thinned, the large ones most; trees beyond are left
+// out in the order of the objects, and there is no look-up under the cursor then. The page says so.
 inline constexpr size_t kMostDrawnTriangles = 120'000;
 inline constexpr size_t kMostTreeBytes = 32 << 20;
 

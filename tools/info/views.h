@@ -26,10 +26,11 @@ struct View {
 // Eight square views of so many pixels a side. The whole box is in each. Safe from any thread.
 std::vector<View> views_of(const ObjectContents& object, uint32_t pixels);
 
+inline constexpr size_t kMostPictured = 32;
+
 // All objects of a sidecar in one picture, as a PNG file's bytes: eight views each, with a legend.
 // name  of the sidecar, for the picture's title
 // Errors: usage (no objects, or more than kMostPictured), runtime (out of memory).
-inline constexpr size_t kMostPictured = 32;
 Result<std::string> classes_as_png(const SidecarContents& sidecar, const std::string& name);
 
 }  // namespace vcd::tools
