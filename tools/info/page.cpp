@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <span>
 
 #include <zlib.h>
@@ -59,12 +60,12 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-Result<std::string> deflated(const std::string& bytes) {
+std::string deflated(const std::string& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::string out(size, '\0');
   if (compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
                 static_cast<uLong>(bytes.size()), Z_DEFAULT_COMPRESSION) != Z_OK)
-    return Error{ErrorCode::runtime, "out of memory"};
+    throw std::bad_alloc();
   out.resize(size);
   return out;
 }
@@ -196,7 +197,7 @@ Result<std::string> page_of(const std::string& path, const SidecarContents& side
     const ObjectMesh& mesh = (*meshes)[i];
     const size_t most = most_drawn(mesh.mesh.triangles.size(), all, meshes->size());
     auto object = object_json(sidecar.objects[i], mesh, most, arrays, tree_bytes, options);
-    if (!object) return object.error();
+    if (!object) return Error{object.error().code, shown(path) + ": " + object.error().message};
     objects.push_back(std::move(*object));
   }
   Json provenance = Json::object();
@@ -208,19 +209,17 @@ Result<std::string> page_of(const std::string& path, const SidecarContents& side
                      {"class_colours", kClassColours},
                      {"objects", objects},
                      {"provenance", provenance}};
-  const auto packed = deflated(arrays.bytes());
-  if (!packed) return packed.error();
   return filled(kPageHtml, {{"title", escaped(name)},
                             {"css", kPageCss},
                             {"three", kThreeJs},
                             {"controls", kOrbitControlsJs},
                             {"data", in_script(json_text(data))},
-                            {"arrays", base64(*packed)},
+                            {"arrays", base64(deflated(arrays.bytes()))},
                             {"look_up", kLookUpJs},
                             {"scene", kSceneJs},
                             {"page", kPageJs}});
 } catch (const std::bad_alloc&) {
-  return Error{ErrorCode::runtime, "out of memory"};
+  return Error{ErrorCode::runtime, shown(path) + ": out of memory"};
 }
 
 }  // namespace vcd::tools

@@ -91,7 +91,7 @@ Result<std::string> classes_as_png(const SidecarContents& sidecar, const std::st
   }
   return png_of(picture);
 } catch (const std::bad_alloc&) {
-  return Error{ErrorCode::runtime, "out of memory"};
+  return Error{ErrorCode::runtime, name + ": out of memory"};
 }
 
 }  // namespace vcd::tools

@@ -84,7 +84,7 @@ const MODES = [
    colour: (shown, t) => along(SCALE, shown.answered[t] / 255),
    legend: () => scaleLegend('Lines through a place that look-ups answer', SCALE, 'none', 'all'),
    says: () => [['Answered', 'Of the lines through each place of the surface, in 48 directions, the share whose cell is '
-                + 'blocked, by proof or by statistics. So many shadow rays that come by need no BVH.']]},
+                + 'blocked, by proof or by statistics. So many of the shadow rays that pass the box here need no BVH.']]},
   {id: 'why', name: 'Why not', exists: () => true,
    colour: (shown, t) => {
      const reason = shown.reason(t);
