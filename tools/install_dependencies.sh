@@ -13,12 +13,13 @@ build=(
   g++ cmake ninja-build pkg-config
   libembree-dev libtbb-dev libdraco-dev libmeshoptimizer-dev libopenmesh-dev libtinygltf-dev
   libzstd-dev libxxhash-dev libhwy-dev nlohmann-json3-dev libcli11-dev libpugixml-dev
+  libjs-three libpng-dev libstb-dev zlib1g-dev
 )
 test=(
   libgtest-dev libboost-dev python3 zstd mandoc clang clang-format libclang-rt-14-dev llvm slurm-wlm munge abigail-tools
 )
 lab=(
-  libpng-dev libopenexr-dev libstb-dev python3-matplotlib chromium chromium-driver python3-selenium
+  libopenexr-dev python3-matplotlib chromium chromium-driver python3-selenium
 )
 python=(
   python3-dev pybind11-dev python3-numpy

@@ -21,7 +21,9 @@
 #include "common/paths.h"
 #include "common/program.h"
 #include "common/readable.h"
+#include "info/page.h"
 #include "info/show_mesh.h"
+#include "info/views.h"
 
 namespace {
 
@@ -31,10 +33,12 @@ using namespace vcd::tools;
 struct Options {
   CommonOptions common;
   std::vector<std::string> files;
-  std::string repack, merge, asked, culprits;
+  std::string repack, merge, asked, culprits, page, picture, mesh;
   uint64_t most_segments = kMostAskedSegments;
   library::BakeSettings settings;  // its storage is that of --repack; how mesh files are read
-  bool sections = false;
+  bool sections = false, pages = false;
+
+  bool draws() const { return pages || !page.empty() || !picture.empty(); }
 };
 
 // How much of what a demand asks of an object its cells answer.
@@ -180,6 +184,27 @@ std::optional<Error> fault_of_culprits(const std::string& path) {
   return Error{ErrorCode::usage, shown(path) + ": is there and was not written by --culprits"};
 }
 
+bool is_demand(const std::string& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) return false;  // a pipe would wait
+  std::array<char, kDemandBegin.size()> begin{};
+  std::ifstream file(path, std::ios::binary);
+  return file.read(begin.data(), begin.size()) && std::string_view(begin.data(), begin.size()) == kDemandBegin;
+}
+
+// Why pages or pictures must not be written.
+std::optional<Error> fault_of_drawing(const Options& options) {
+  if ((!options.page.empty() || !options.picture.empty()) && options.files.size() != 1)
+    return Error{ErrorCode::usage, "--page and --picture take one sidecar at a time"};
+  for (const std::string& file : options.files)
+    if (is_demand(file) || library::has_extension(file, baker::mesh_extensions()))
+      return Error{ErrorCode::usage, shown(file) + ": is no sidecar, and only sidecars are drawn"};
+  for (const std::string& path : {options.page, options.picture})
+    if (!path.empty() && !library::may_be_written(path))
+      return Error{ErrorCode::usage, shown(path) + ": is named like a mesh or a sidecar"};
+  return std::nullopt;
+}
+
 // Shows a mesh file. Its exit code.
 int show_mesh(const std::string& path, const Options& options, Json& all) {
   const auto mesh = tools::show_mesh(path, options.settings.ingest_options(), options.common.quiet);
@@ -196,14 +221,6 @@ int show_mesh(const std::string& path, const Options& options, Json& all) {
   const auto written = file.commit();
   if (!written) return print_error(written.error().message), exit_code(written.error().code);
   return kExitOk;
-}
-
-bool is_demand(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) return false;  // a pipe would wait
-  std::array<char, kDemandBegin.size()> begin{};
-  std::ifstream file(path, std::ios::binary);
-  return file.read(begin.data(), begin.size()) && std::string_view(begin.data(), begin.size()) == kDemandBegin;
 }
 
 int merge_demands(const Options& options) {
@@ -223,6 +240,27 @@ int merge_demands(const Options& options) {
                 static_cast<unsigned long long>(count), options.merge.c_str(),
                 static_cast<unsigned long long>(segment_count(thinned)), readable_bytes(*written).c_str());
   return kExitOk;
+}
+
+// Writes the page and the picture of a sidecar, if they are asked for. Its exit code.
+int draw(const std::string& path, const SidecarContents& contents, const Options& options) {
+  const auto write = [&](const std::string& to, const Result<std::string>& made) {
+    if (!made) return print_error(made.error().message), exit_code(made.error().code);
+    AtomicFile file(to);
+    file.append(std::as_bytes(std::span(*made)));
+    const auto written = file.commit();
+    if (!written) return print_error(written.error().message), exit_code(written.error().code);
+    if (!options.common.quiet)
+      std::printf("%s -> %s, %s\n", shown(path).c_str(), shown(to).c_str(), readable_bytes(*written).c_str());
+    return +kExitOk;
+  };
+  int code = kExitOk;
+  if (!options.picture.empty())
+    code = write(options.picture, classes_as_png(contents, shown(std::filesystem::path(path).filename())));
+  const std::string page = options.pages ? path + std::string(kPageEnding) : options.page;
+  if (code == kExitOk && !page.empty())
+    code = write(page, page_of(path, contents, {options.mesh, options.settings.ingest_options(), interrupted}));
+  return code;
 }
 
 Result<uint64_t> repack(const Sidecar& sidecar, Bytes file, const Options& options) {
@@ -266,6 +304,10 @@ int run(const Options& options) {
         is_one ? fault_of_culprits(options.culprits) : Error{ErrorCode::usage, "--culprits takes one mesh file"};
     if (fault) return print_error(fault->message), exit_code(fault->code);
   }
+  if (options.draws()) {
+    const auto fault = fault_of_drawing(options);
+    if (fault) return print_error(fault->message), exit_code(fault->code);
+  }
   catch_interruptions();
   if (!options.merge.empty()) return merge_demands(options);
   Demand asked;
@@ -305,13 +347,17 @@ int run(const Options& options) {
       }
       continue;
     }
+    if (options.draws()) {
+      codes.back() = draw(path, sidecar->contents(), options);
+      continue;
+    }
     if (options.common.format == OutputFormat::json) {
       all.push_back(describe(path, sidecar->contents(), asked));
     } else {
       print(path, sidecar->contents(), asked, options.sections);
     }
   }
-  if (options.common.format == OutputFormat::json && options.repack.empty())
+  if (options.common.format == OutputFormat::json && options.repack.empty() && !options.draws())
     print_json({{"tool", "vc-info"}, {"version", VCD_VERSION}, {"files", all}});
   return batch_exit_code(codes);
 }
@@ -333,12 +379,31 @@ int main(int argc, char** argv) {
       ->type_name("FILE.obj");
   app.add_option("--asked", options.asked, "Show how much each object's cells answer of what this demand asks of it")
       ->type_name("DEMAND");
+  auto* const page =
+      app.add_option("--page", options.page,
+                     "Write a page to look at, for any browser: the object in 3-D by what look-ups answer of lines "
+                     "through each\nplace and why not, the cell under the cursor, classes from eight directions")
+          ->type_name("FILE.html");
+  app.add_option("--mesh", options.mesh,
+                 "The mesh file, for --page, of a sidecar that holds no triangles (baked with --no-hierarchy)")
+      ->type_name("MESH")
+      ->needs(page);
+  auto* const pages =
+      app.add_flag("--pages", options.pages,
+                   "Write such a page beside each sidecar, as NAME.vcd.html: the report of vc-bake links to them")
+          ->excludes(page);
+  auto* const picture = app.add_option("--picture", options.picture,
+                                       "Write a picture: the classes of lines of sight from eight directions, a line a "
+                                       "pixel. White is clear; dark is\n"
+                                       "blocked by a proof, blue by statistics; orange is unclassified")
+                            ->type_name("FILE.png");
   auto* const repack =
       app.add_option("--repack", options.repack, "Write the sidecar's content to this file, stored as --storage says")
           ->type_name("PATH");
   auto* const merge =
       app.add_option("--merge", options.merge, "Write to this file what all these demands ask")->type_name("PATH");
   merge->excludes(repack);
+  for (auto* const other : {repack, merge}) other->excludes(page), other->excludes(pages), other->excludes(picture);
   app.add_option("--most-segments", options.most_segments,
                  "Of the merged demand: a sample that stands for all (default: 16777216, the most that a file holds)")
       ->check(CLI::Range(uint64_t{1}, kMostAskedSegments))

@@ -2,7 +2,8 @@
 
     python3 draw_classes.py tree.vcd tree.png        # needs Matplotlib
 
-White is clear; dark is blocked by a proof, blue by statistics; orange is unclassified.
+White is clear; dark is blocked by a proof, blue by statistics; orange is unclassified. `vc-info --picture` draws the
+same without Python.
 """
 import sys
 

@@ -13,6 +13,7 @@ cd "$(mktemp -d)"
 echo "== vcd"
 vc-bake "$sources/assets/shrub.glb" -o . --depth 3 --method proven --quiet
 vc-info ./*.vcd | head -n 3
+vc-info ./*.vcd --page page.html --picture classes.png
 vc-verify ./*.vcd --against "$sources/assets/shrub.glb"
 man --where vc-bake
 

@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -287,6 +288,21 @@ class Reports(Case):
         self.assertEqual((events[0]["event"], events[-1]["event"]), ("run-started", "run-ended"))
         piped = self.bake(self.library, "-q", "--events", "-", code=9).stdout
         self.assertEqual([json.loads(line)["event"] for line in piped.splitlines()][-1], "run-ended")
+
+    def test_report_links_to_pages(self):
+        self.mesh("a b.obj"), self.mesh("c.obj")
+        linked = lambda: re.findall('<a href="([^"]*)">([^<]*)</a>', (self.folder / "reports/r.html").read_text())
+        update = lambda: self.bake(self.library, "-q", "--update", "--report", self.folder / "reports/r")
+        update()
+        self.assertEqual(linked(), [])
+        subprocess.run([BIN / "vc-info", "--pages", "-q", self.library / "a b.obj.vcd"], check=True)
+        update()
+        self.assertEqual(linked(), [("../library/a%20b.obj.vcd.html", str(self.library / "a b.obj"))])
+        pages = [f.get("page") for f in json.loads((self.folder / "reports/r.json").read_text())["files"]]
+        self.assertEqual(pages, [str(self.library / "a b.obj.vcd.html"), None])
+        os.utime(self.library / "a b.obj.vcd.html", (0, 0))  # older than the sidecar
+        update()
+        self.assertEqual(linked(), [])
 
 
 TWICE = "what it runs is run with sanitizers by other tests, and without them by this one"

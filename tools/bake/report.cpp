@@ -18,6 +18,25 @@ std::optional<Error> write_text(const std::string& path, const std::string& text
   return written ? std::nullopt : std::optional(written.error());
 }
 
+// An older page shows what the sidecar was before.
+bool is_page_of(const std::filesystem::path& page, const std::filesystem::path& sidecar) {
+  std::error_code none, of_page, of_sidecar;
+  const auto drawn = std::filesystem::last_write_time(page, of_page);
+  const auto baked = std::filesystem::last_write_time(sidecar, of_sidecar);
+  return std::filesystem::is_regular_file(page, none) && !of_page && !of_sidecar && drawn >= baked;
+}
+
+void name_pages(Json& report) {
+  for (Json& file : report["files"]) {
+    const auto sidecar = path_from_json(file.contains("output") ? file["output"] : Json());
+    if (!sidecar) continue;
+    std::filesystem::path page = *sidecar;
+    page += kPageEnding;
+    if (is_page_of(page, *sidecar)) file["page"] = path_to_json(page);
+    else file.erase("page");
+  }
+}
+
 }  // namespace
 
 Json record_json(const Asset& asset, const Record& record) {
@@ -75,13 +94,14 @@ Json report_json(const std::vector<Asset>& assets, const std::vector<Record>& re
   return json;
 }
 
-std::optional<Error> write_report(const std::string& name, const Json& report) {
+std::optional<Error> write_report(const std::string& name, Json report) {
   std::error_code ignored;
-  if (const auto folder = std::filesystem::path(name).parent_path(); !folder.empty())
-    std::filesystem::create_directories(folder, ignored);
+  const std::filesystem::path folder = std::filesystem::path(name).parent_path();
+  if (!folder.empty()) std::filesystem::create_directories(folder, ignored);
+  name_pages(report);
   if (auto fault = write_text(name + ".json", report.dump(1, ' ', false, Json::error_handler_t::replace) + "\n"))
     return fault;
-  return write_text(name + ".html", report_page(report));
+  return write_text(name + ".html", report_page(report, folder));
 }
 
 }  // namespace vcd::tools

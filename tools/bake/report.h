@@ -23,10 +23,11 @@ Json totals_json(const library::Totals& totals);
 Json report_json(const std::vector<library::Asset>& assets, const std::vector<library::Record>& records,
                  const RunReport& run);
 
-// From the JSON of one run, or of several merged.
-std::string report_page(const Json& report);
+// From the JSON of one run, or of several merged. It links to the pages of sidecars that the report names, from
+// `folder`, where the report's page is to lie.
+std::string report_page(const Json& report, const std::filesystem::path& folder);
 
-// NAME.json and NAME.html. Error: io.
-std::optional<Error> write_report(const std::string& name, const Json& report);
+// NAME.json and NAME.html, with the pages that lie beside sidecars (vc-info --pages). Error: io.
+std::optional<Error> write_report(const std::string& name, Json report);
 
 }  // namespace vcd::tools

@@ -4,7 +4,9 @@
 #include <cstdio>
 #include <map>
 
+#include "common/paths.h"
 #include "common/progress.h"
+#include "common/uri.h"
 
 namespace vcd::tools {
 namespace {
@@ -67,6 +69,15 @@ std::string cell(const std::string& text, const char* kind = "") {
   return std::string("<td") + (*kind ? std::string(" class=\"") + kind + "\"" : "") + ">" + escaped(text) + "</td>";
 }
 
+// The asset's name, which links to the page of its sidecar if the report knows one.
+std::string asset_cell(const Json& file, const std::filesystem::path& folder) {
+  const auto page = path_from_json(member(file, "page"));
+  if (!page) return cell(text_of(file, "input"));
+  const auto here = std::filesystem::absolute(folder / "report").parent_path();
+  return "<td><a href=\"" + uri_of(std::filesystem::absolute(*page).lexically_relative(here)) + "\">" +
+         escaped(text_of(file, "input")) + "</a></td>";
+}
+
 // A section of the page: so many assets, and the rows that tell of them.
 struct Part {
   std::string rows;
@@ -84,7 +95,7 @@ struct Part {
 };
 
 // A row an object: an asset's first row names it.
-std::string baked_rows(const Json& file) {
+std::string baked_rows(const Json& file, const std::filesystem::path& folder) {
   std::string rows;
   for (const Json& object : list_of(file, "objects")) {
     const Json plan = member(object, "plan"), audit = member(object, "audit"), shares = member(object, "shares");
@@ -94,7 +105,7 @@ std::string baked_rows(const Json& file) {
     const bool is_none = text_of(object, "method") == "none";
     const std::string method =
         is_none ? "not worth it" : text_of(object, "method") + ", depth " + text_of(object, "depth");
-    rows += "<tr>" + cell(rows.empty() ? text_of(file, "input") : "") + cell(text_of(object, "name")) +
+    rows += "<tr>" + (rows.empty() ? asset_cell(file, folder) : cell("")) + cell(text_of(object, "name")) +
             cell(readable_count(number_of(object, "triangle_count")), "n") + cell(method) +
             cell(is_none ? "" : format("%.1f %%", 100 * (1 - number_of(shares, "unclassified"))), "n") +
             cell(gain, "n") +
@@ -128,14 +139,14 @@ std::string number_item(const std::string& number, const char* what, bool bad = 
 
 }  // namespace
 
-std::string report_page(const Json& report) {
+std::string report_page(const Json& report, const std::filesystem::path& folder) {
   Part baked, known, failed, left_out, pruned;
   for (const Json& error : list_of(report, "errors"))
     failed.add_row(cell("input", "bad") + cell("") + cell(text_of(error, "error")));
   for (const Json& file : list_of(report, "files")) {
     const std::string fate = text_of(file, "fate"), input = text_of(file, "input");
-    if (fate == "baked") baked.add(baked_rows(file));
-    else if (fate == "up-to-date") known.add(baked_rows(file));
+    if (fate == "baked") baked.add(baked_rows(file, folder));
+    else if (fate == "up-to-date") known.add(baked_rows(file, folder));
     else failed.add_row(cell(text_of(file, "kind"), "bad") + cell(input) + cell(why_failed(file, input)));
     for (const Json& note : list_of(file, "notes"))
       if (note.is_string()) left_out.add_row(cell(input) + cell(note.get<std::string>()));

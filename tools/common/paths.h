@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 
 #include <vcd/format/error.h>
 
@@ -13,6 +14,9 @@ namespace vcd::tools {
 // For messages: control characters as \xNN, so that a name keeps to its line; bytes beyond ASCII too if they are not
 // UTF-8.
 std::string shown(const std::filesystem::path& path);
+
+// What the page of a sidecar is named beside it, behind the sidecar's own name.
+inline constexpr std::string_view kPageEnding = ".html";
 
 // In lower case, without its dot.
 std::string extension_of(const std::filesystem::path& path);
