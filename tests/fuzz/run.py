@@ -176,7 +176,7 @@ def options_from(arguments):
     build = HERE.parent.parent / "build" / "asan"
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help="of " + ", ".join(LARGEST) + "; default: all")
-    parser.add_argument("--seconds", type=int, default=40, help="for each target (default 40)")
+    parser.add_argument("--seconds", type=int, default=60, help="for each target (default 60)")
     parser.add_argument("--jobs", type=int, default=2, help="targets at a time (default 2)")
     parser.add_argument("--corpus", type=pathlib.Path, help="folder to start from, one folder a target in it, and to add to")
     parser.add_argument("--findings", type=pathlib.Path, default=pathlib.Path("findings"), help="folder for inputs that broke something (default findings)")
