@@ -1,7 +1,7 @@
 // make_golden FOLDER: the golden files: a file for each depth, whose trees are made up so that each has all that a file
 // can hold and yet is small; one with every method; one with everything else that a file can say; one without objects;
 // and the worked example of vcd-format.md. They were released with format 1.0 and are never made anew. This program
-// shows how they came to be; by now bakes give other bytes.
+// shows how they came to be; later bake revisions give other bytes.
 #include <algorithm>
 #include <array>
 #include <cstdio>
