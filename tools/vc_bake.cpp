@@ -158,8 +158,8 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
 }
 
 // Bakes what is to be baked, or with --dry-run only finds out what that is. Error: the events' file cannot be opened.
-Result<std::vector<Record>> bake(const Options& options, std::vector<Asset>& assets, bool& events_are_whole) {
-  BatchOptions batch = batch_options(options);
+Result<std::vector<Record>> bake(const Options& options, const std::vector<Asset>& assets, bool& events_are_whole) {
+  const BatchOptions batch = batch_options(options);
   auto events = Events::open(options.dry_run ? "" : options.events, options.resume);
   if (!events) return events.error();
   std::vector<Record> records = look_at(assets, batch);
@@ -171,12 +171,7 @@ Result<std::vector<Record>> bake(const Options& options, std::vector<Asset>& ass
                {"assets", assets.size()},
                {"up_to_date", totals_of(records).up_to_date}});
   const auto console = make_console(options.common, options.verbose);
-  const std::array<BatchListener*, 2> listeners{&*events, console.get()};
-  run_batch(assets, records, batch, listeners);
-  if (!interrupted() && share_total(assets, records)) {
-    batch.update = true;
-    run_batch(assets, records, batch, listeners);
-  }
+  run_batch(assets, records, batch, std::array<BatchListener*, 2>{&*events, console.get()});
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   events->say({{"event", "run-ended"}, {"totals", totals_json(totals_of(records))}, {"seconds", seconds.count()}});
   events_are_whole = !events->failed();
@@ -196,7 +191,7 @@ int run(const Options& options) {
   catch_interruptions();
   auto found = collect_assets(options.request);
   if (!found) return fail(found.error());
-  std::vector<Asset>& assets = found->assets;
+  const std::vector<Asset>& assets = found->assets;
   if (!options.depfile.empty() && assets.size() != 1) return fail({ErrorCode::usage, "--depfile is for one asset"});
   if (const auto fault = check_written(options, assets)) return fail(*fault);
   if (!options.attach.to.empty()) {

@@ -19,7 +19,8 @@ struct GltfGated {
   // Holds only properties that are read here, each of its type, and each index of an element that exists. A property
   // that broke this is left out, or replaced by a value that tinygltf takes.
   std::string json;
-  // What was broken, by element: "/accessors/3", "/meshes/0/primitives/1", "/lights/2"; "/meshes" if that is no array.
+  // What was broken, by element: "/accessors/3", "/meshes/0/primitives/1", "/lights/2"; "/meshes" if that is no array;
+  // "/nodes/2/light" and "/scenes/0/light" for what only lights need.
   // An element of which nothing is said is sound. The message names element and property.
   std::map<std::string, std::string> faults;
   std::map<uint32_t, std::string> oddities;  // of nodes: what is wrong and without consequence

@@ -156,9 +156,8 @@ class NodeReader {
     }
   }
 
-  GltfElement<tinygltf::Scene> default_scene() const {
-    return document_.scene(static_cast<uint32_t>(std::max(document_.model().defaultScene, 0)));
-  }
+  uint32_t scene_index() const { return static_cast<uint32_t>(std::max(document_.model().defaultScene, 0)); }
+  GltfElement<tinygltf::Scene> default_scene() const { return document_.scene(scene_index()); }
 
   void find_transform(uint32_t index) {
     Node& here = nodes_[index];
@@ -189,10 +188,13 @@ class NodeReader {
   void read_lights() {
     for (uint32_t index = 0; index < nodes_.size(); ++index) {
       if (!nodes_[index].in_scene) continue;
+      document_.check("/nodes/" + std::to_string(index) + "/light");
       if (const auto light = light_of_node(document_, node(index), nodes_[index].to_scene))
         ingested_.lights.push_back(*light);
     }
-    if (document_.model().scenes.empty() || !has_sky_light(*default_scene().object)) return;
+    if (document_.model().scenes.empty()) return;
+    document_.check("/scenes/" + std::to_string(scene_index()) + "/light");
+    if (!has_sky_light(*default_scene().object)) return;
     ingested_.lights.emplace_back();
     ingested_.lights.back().shape = SceneLight::Shape::sky;
   }

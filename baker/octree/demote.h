@@ -13,8 +13,8 @@ struct Demoted {
 };
 
 // The tree in at most `budget_bytes` (TreeShape::bytes of it), by making cells unclassified, or blocked ones
-// statistically blocked, which is always safe. Blocks that differ little become one that promises what both do: first
-// the 256-way ones, then the 16-way ones, then the bricks. Unchanged if it fits; where not even the top table and the
+// statistically blocked, which is always safe. Blocks that differ little become one that promises what both do: from
+// the top down, bricks last. Unchanged if it fits; where not even the top table and the
 // uniform blocks fit, those: all that was mixed below the top table is unclassified, and the caller must take a lower
 // depth.
 //

@@ -41,7 +41,7 @@ bool check_bounds(Reading& reading, const TreeView& tree, uint64_t at) {
   for (uint32_t k = tree.shape.block_levels; k-- > 0 && good; below_top = tree.block_counts[k])
     good = check_pool(reading, tree.blocks[k], tree.block_counts[k], below_top, at);
   const uint64_t used = tree.shape.top_words();
-  if (const uint32_t largest = *std::max_element(tree.top, tree.top + used); largest >= below_top)
+  if (const uint32_t largest = *std::max_element(tree.top, tree.top + used); good && largest >= below_top)
     good =
         reading.report(FindingId::tree_index, at,
                        "index " + std::to_string(largest) + " of " + std::to_string(below_top) + " in the top table");

@@ -128,7 +128,7 @@ void expect_better_than_pruning(const TreeArrays& tree, uint64_t divisor, double
   EXPECT_LT(had - classified(after.view()), lost * mixed) << depth << ", " << divisor;
 }
 
-// Bricks only; 16-way blocks; 256-way blocks. Of deep trees some top cells, so that they are soon baked.
+// No, one and two levels of blocks. Of deep trees some top cells, so that they are soon baked.
 TEST(DemoteMerge, KeepsTheBudgetAndIsSafeAndBetterThanPruning) {
   if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   const TreeArrays shallow = arrays_of(must_bake(sphere(), proven(5)).tree(), 5);

@@ -319,6 +319,18 @@ TEST_F(GltfNodes, DefectsCostAllPlacesAndNoMesh) {
   }
 }
 
+TEST_F(GltfNodes, WhatOnlyLightsNeedCostsNoPlaces) {
+  for (const char* defect : {R"({"extras": {"area_light": {"width": "big"}}})",
+                             R"({"extensions": {"KHR_lights_punctual": {"light": 7}}})"}) {
+    json node = {{"mesh", 0}};
+    node.update(json::parse(defect));
+    const GltfBuilder builder = with_nodes(json::array({node}));
+    EXPECT_EQ(read(builder).placements.size(), 1u) << defect;
+    const Ingested lit = read(builder, {.placements = true, .lights = true});
+    EXPECT_TRUE(lit.lights.empty() && !lit.notes.empty()) << defect;
+  }
+}
+
 TEST_F(GltfNodes, NumbersBeyondDoubleAreRefused) {
   std::string text = with_nodes({{{"mesh", 0}, {"translation", {12345, 0, 0}}}}).embedded();
   text.replace(text.find("12345"), 5, "1e999");

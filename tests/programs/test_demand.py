@@ -256,28 +256,6 @@ class BakesForADemand(Case):
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--total-mb", 1, code=1).stderr)
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--depth-elsewhere", 5, code=1).stderr)
 
-    def test_files_of_a_run_share_its_bytes(self):
-        folder = self.folder / "shared"
-        folder.mkdir()
-        for name, triangles in (("large.obj", 60), ("small.obj", 20)):
-            (folder / name).write_text(soup(triangles))
-        options = ("--for-above", "y", "--audit", 0, "--method", "proven", "-d", 6)
-        sizes = {}
-        for megabytes in (1, 4):
-            self.run_program("vc-bake", folder, *options, "--total-mb", megabytes)
-            sizes[megabytes] = [(folder / f"{name}.obj.vcd").stat().st_size for name in ("large", "small")]
-            self.assertLessEqual(sum(sizes[megabytes]), megabytes * 2 ** 20)
-        self.assertGreater(sum(sizes[4]), 2 ** 20)  # so the smaller total was shared
-        self.assertGreater(sizes[1][0], sizes[1][1])
-        for size, less in zip(sizes[4], sizes[1]):
-            self.assertGreaterEqual(size, less)
-        self.assertIn("2 up to date", self.run_program("vc-bake", folder, *options, "--total-mb", 4, "--update").stdout)
-        # One of them keeps its bytes, and the other has what is left.
-        (folder / "small.obj").write_text(soup(21))
-        self.run_program("vc-bake", folder, *options, "--total-mb", 4, "--update")
-        self.assertLessEqual(sum(f.stat().st_size for f in folder.glob("*.vcd")), 4 * 2 ** 20)
-        self.run_program("vc-verify", folder)
-
     def test_elsewhere_a_bake_can_be_deeper(self):
         clear = []
         for elsewhere in ("none", 4):

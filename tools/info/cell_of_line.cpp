@@ -31,6 +31,8 @@ std::optional<CellOfLine> cell_of_line(const ObjectContents& object, const std::
   const LineCell line = locate(make_grid_frame(record.box_min, record.box_max), segment);
   if (!line.valid || !line.hits) return std::nullopt;
   CellClass cell = class_of(object.tree, line);
+  if (cell == CellClass::statistically_blocked && record.method != static_cast<uint8_t>(Method::hybrid))
+    cell = CellClass::unclassified;  // no reader believes it
   if (cell == CellClass::blocked && record.method == static_cast<uint8_t>(Method::sampled))
     cell = CellClass::statistically_blocked;
   return CellOfLine{line, cell};

@@ -95,8 +95,9 @@ class MeshesOfFile {
 
   Result<PreparedMesh> find(const ObjectRecord& record, const std::string& place) {
     if (path_.empty())
-      return Error{ErrorCode::usage,
-                   place + ": the sidecar holds no triangles of it (no hierarchy): name its mesh file with --mesh"};
+      return Error{ErrorCode::usage, place +
+                                         ": the sidecar holds no triangles of it (no hierarchy): name its mesh file "
+                                         "with --mesh, and its page with --page"};
     if (!is_read_) {
       auto loaded = load_meshes(path_, options_);
       if (!loaded) return loaded.error();

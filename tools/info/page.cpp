@@ -107,11 +107,10 @@ Json tree_json(const ObjectContents& object, Arrays& arrays, size_t& tree_bytes)
   tree_bytes += size;
   const TreeShape shape = object.tree.shape;
   Json tables = {{0, shape.top_levels}};
-  size_t at = pieces[0].size(), levels = shape.levels - 2 - shape.top_levels;
-  for (size_t i = 1; i + 1 < pieces.size(); ++i) {  // the last are bricks
-    const size_t after = pieces.size() - 2 - i;     // tables, each of which resolves one level
-    tables.push_back({at, levels - after});
-    at += pieces[i].size(), levels = after;
+  size_t at = pieces[0].size();
+  for (size_t i = 1; i + 1 < pieces.size(); ++i) {  // blocks of one level each; the last are bricks
+    tables.push_back({at, 1});
+    at += pieces[i].size();
   }
   return {{"place", arrays.add(pieces)}, {"tables", tables}, {"bricks", at}};
 }

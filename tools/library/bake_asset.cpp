@@ -17,6 +17,7 @@
 #include "common/describe.h"
 #include "common/meshes.h"
 #include "common/paths.h"
+#include "share_out.h"
 
 namespace vcd::library {
 
@@ -161,8 +162,7 @@ class AssetBake {
 
   // Each as if all bytes were its own, then with its share of them, where what is known is not classified again.
   std::optional<Error> finish_together(const std::vector<PreparedMesh>& meshes) {
-    const uint64_t total =
-        asset_.share_bytes > 0 ? asset_.share_bytes : static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
+    const auto total = static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
     std::vector<uint32_t> depths(meshes.size(), asset_.settings.depth);
     auto alone = bake_alone(meshes, total, depths);
     if (!alone) return alone.error();
@@ -177,7 +177,6 @@ class AssetBake {
     if (!shares)
       return fault(ErrorCode::usage,
                    "its objects take " + std::to_string(alone->least) + " bytes, more than --total-mb");
-    wanted_ = alone->wanted;
     for (size_t i = 0; i < meshes.size(); ++i) {
       const BakedObject& known = alone->objects[i].baked;
       auto object = finish(
@@ -293,7 +292,6 @@ class AssetBake {
     BakedAsset baked;
     baked.bytes = *written;
     baked.notes = notes_;
-    baked.wanted = wanted_;
     baked.summary = asset_summary(asset_, *written, objects_);
     baked.report = asset_report(asset_, *written, notes_, objects_);
     for (const FinishedObject& object : objects_) baked.objects_reused += object.known.has_value();
@@ -306,7 +304,6 @@ class AssetBake {
   ObjectCache cache_;
   std::vector<FinishedObject> objects_;
   std::vector<std::string> notes_;
-  std::vector<WantedBytes> wanted_;  // where objects share bytes
   std::string left_out_;
   std::optional<Demand> demand_;
   bool asked_any_ = false;  // of the meshes so far

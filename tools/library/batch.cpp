@@ -238,43 +238,6 @@ std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions
   return records;
 }
 
-bool share_total(std::vector<Asset>& assets, std::vector<Record>& records) {
-  std::map<double, std::vector<size_t>> sharing;
-  for (size_t i = 0; i < assets.size(); ++i)
-    if (assets[i].settings.total_mb > 0 && records[i].ok()) sharing[assets[i].settings.total_mb].push_back(i);
-  bool any_waits = false;
-  for (const auto& [total_mb, sharers] : sharing) {
-    auto total = static_cast<uint64_t>(total_mb * 1048576);
-    uint64_t taken = 0, least = 0;
-    std::vector<WantedBytes> wanted;
-    std::vector<size_t> of_asset;  // whose object each of `wanted` is
-    for (const size_t i : sharers) {
-      const BakedAsset& baked = records[i].outcome.baked;
-      taken += baked.bytes;
-      if (records[i].fate == Fate::up_to_date) total -= std::min(total, baked.bytes), taken -= baked.bytes;
-      for (const WantedBytes& object : baked.wanted)
-        wanted.push_back(object), of_asset.push_back(i), least += object.least;
-    }
-    if (taken <= total || wanted.empty()) continue;
-    auto shares = share_out(total, wanted);
-    if (!shares) {  // its objects must become less deep: each as much as it takes more
-      shares.emplace();
-      for (const WantedBytes& object : wanted)
-        shares->push_back(static_cast<uint64_t>(static_cast<double>(object.least) / static_cast<double>(least) *
-                                                static_cast<double>(total)));
-    }
-    for (size_t k = 0; k < wanted.size(); ++k) assets[of_asset[k]].share_bytes += (*shares)[k];
-    for (const size_t i : sharers) {
-      if (records[i].fate != Fate::baked || records[i].outcome.baked.bytes <= assets[i].share_bytes) continue;
-      Record again;
-      again.reason = "takes more than its share of --total-mb", again.cost = records[i].cost;
-      records[i] = std::move(again);
-      any_waits = true;
-    }
-  }
-  return any_waits;
-}
-
 void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
                std::span<BatchListener* const> listeners) {
   Batch(assets, records, options, listeners).run();

@@ -1,4 +1,4 @@
-#include <vcd/library/share_out.h>
+#include "share_out.h"
 
 #include <algorithm>
 #include <functional>

@@ -66,12 +66,6 @@ std::optional<BakedAsset> baked_asset(const Json& message) {
   baked.report = json_text(message["report"]);
   for (const Json& source : list("sources"))
     if (auto path = path_from_json(source)) baked.sources.push_back(std::move(*path));
-  for (const Json& object : list("wanted")) {
-    if (!object.is_array() || object.empty() || !std::ranges::all_of(object, &Json::is_number)) continue;
-    WantedBytes& wanted = baked.wanted.emplace_back(WantedBytes{object[0].get<uint64_t>()});
-    for (size_t i = 1; i + 1 < object.size(); i += 2)
-      wanted.worth.push_back({object[i].get<uint64_t>(), object[i + 1].get<double>()});
-  }
   return baked;
 }
 
@@ -95,19 +89,12 @@ int bake_and_send(const Asset& asset, const WorkerOptions& options, int pipe) {
   if (!baked) return send(pipe, {{"code", static_cast<int>(baked.error().code)}, {"error", baked.error().message}}), 0;
   Json sources = Json::array();
   for (const fs::path& source : baked->sources) sources.push_back(path_to_json(source));
-  Json wanted = Json::array();
-  for (const WantedBytes& object : baked->wanted) {
-    Json numbers = Json::array({object.least});  // then bytes and their worth, pair by pair
-    for (const WorthOfBytes& w : object.worth) numbers.push_back(w.bytes), numbers.push_back(w.asked_a_byte);
-    wanted.push_back(std::move(numbers));
-  }
   send(pipe, {{"bytes", baked->bytes},
               {"objects_reused", baked->objects_reused},
               {"notes", baked->notes},
               {"summary", baked->summary},
               {"report", Json::parse(baked->report)},
-              {"sources", sources},
-              {"wanted", wanted}});
+              {"sources", sources}});
   return 0;
 }
 

@@ -70,6 +70,7 @@ class Shown {
   classOf(line) {
     if (!this.tree) return null;
     const found = CLASSES[classOf(this.object, this.tree, line)];
+    if (found === STATISTICAL && this.object.method !== 'hybrid') return UNCLASSIFIED;  // no reader believes it
     return found === BLOCKED && this.object.method === 'sampled' ? STATISTICAL : found;
   }
 }
@@ -108,7 +109,12 @@ const MODES = [
 class Page {
   constructor(arrays) {
     this.all = data.objects.map(object => new Shown(object, arrays));
-    this.view = new View3D(find('view'));
+    try {
+      this.view = new View3D(find('view'));
+    } catch (error) {  // without WebGL: all but the object itself
+      this.view = new Proxy({}, {get: () => () => {}});
+      find('view').append(element('p', `This browser cannot draw the object: ${error.message}`, {class: 'note'}));
+    }
     this.mode = MODES[0];
     this.kept = false;
     const choice = find('object');

@@ -14,7 +14,6 @@ struct Asset {
   std::filesystem::path input;
   std::filesystem::path output;
   BakeSettings settings;
-  uint64_t share_bytes = 0;  // of settings.total_mb, which assets of a run share; 0: all of it
 };
 
 struct Assets {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include <vcd/library/assets.h>
-#include <vcd/library/share_out.h>
 
 namespace vcd::library {
 
@@ -21,12 +20,11 @@ struct BakeContext {
 };
 
 struct BakedAsset {
-  uint64_t bytes = 0;               // of the sidecar
-  size_t objects_reused = 0;        // of its objects, those that were not baked anew
-  std::vector<std::string> notes;   // what was left out, a sentence each
-  std::vector<WantedBytes> wanted;  // of its objects, where they share bytes
-  std::string summary;              // for people, several lines
-  std::string report;               // JSON: input, output, bytes, notes, objects with their figures
+  uint64_t bytes = 0;              // of the sidecar
+  size_t objects_reused = 0;       // of its objects, those that were not baked anew
+  std::vector<std::string> notes;  // what was left out, a sentence each
+  std::string summary;             // for people, several lines
+  std::string report;              // JSON: input, output, bytes, notes, objects with their figures
   // Files that the mesh file names and that were read, relative to its folder.
   std::vector<std::filesystem::path> sources;
 };

@@ -54,9 +54,4 @@ std::vector<Record> look_at(const std::vector<Asset>& assets, const BatchOptions
 void run_batch(const std::vector<Asset>& assets, std::vector<Record>& records, const BatchOptions& options,
                std::span<BatchListener* const> listeners);
 
-// After a run: where the baked sidecars of assets with the same total_mb take more than it together, each gets a share
-// by what the demand gains, and those that take more than theirs wait once more. What is up to date keeps its bytes.
-// True if any waits: run them again, with `update`, so that what is known is not classified again.
-bool share_total(std::vector<Asset>& assets, std::vector<Record>& records);
-
 }  // namespace vcd::library
