@@ -8,6 +8,7 @@
 #include <vcd/library/assets.h>
 #include <vcd/library/batch.h>
 #include <vcd/library/prune.h>
+#include <vcd/library/share_total.h>
 #include "bake/attach.h"
 #include "bake/console.h"
 #include "bake/depfile.h"
@@ -158,7 +159,7 @@ std::vector<int> write_files(const Options& options, const std::vector<Asset>& a
 }
 
 // Bakes what is to be baked, or with --dry-run only finds out what that is. Error: the events' file cannot be opened.
-Result<std::vector<Record>> bake(const Options& options, const std::vector<Asset>& assets, bool& events_are_whole) {
+Result<std::vector<Record>> bake(const Options& options, std::vector<Asset>& assets, bool& events_are_whole) {
   const BatchOptions batch = batch_options(options);
   auto events = Events::open(options.dry_run ? "" : options.events, options.resume);
   if (!events) return events.error();
@@ -171,7 +172,9 @@ Result<std::vector<Record>> bake(const Options& options, const std::vector<Asset
                {"assets", assets.size()},
                {"up_to_date", totals_of(records).up_to_date}});
   const auto console = make_console(options.common, options.verbose);
-  run_batch(assets, records, batch, std::array<BatchListener*, 2>{&*events, console.get()});
+  const std::array<BatchListener*, 2> listeners{&*events, console.get()};
+  share_totals(assets, records, batch, listeners);
+  run_batch(assets, records, batch, listeners);
   const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
   events->say({{"event", "run-ended"}, {"totals", totals_json(totals_of(records))}, {"seconds", seconds.count()}});
   events_are_whole = !events->failed();
@@ -191,7 +194,7 @@ int run(const Options& options) {
   catch_interruptions();
   auto found = collect_assets(options.request);
   if (!found) return fail(found.error());
-  const std::vector<Asset>& assets = found->assets;
+  std::vector<Asset>& assets = found->assets;
   if (!options.depfile.empty() && assets.size() != 1) return fail({ErrorCode::usage, "--depfile is for one asset"});
   if (const auto fault = check_written(options, assets)) return fail(*fault);
   if (!options.attach.to.empty()) {

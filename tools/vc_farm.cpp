@@ -49,6 +49,9 @@ int make(const Options& options) {
     print_error("nothing is planned, because not all inputs could be read");
     return exit_code(found->errors[0].code);
   }
+  const bool shares = std::ranges::any_of(found->assets, [](const Asset& a) { return a.settings.total_mb > 0; });
+  if (shares && options.shards > 1)
+    return fail({ErrorCode::usage, "--total-mb: assets share it within a run, and each shard is a run of its own"});
   const auto plan = make_plan(options.plan, found->assets, options.shards);
   if (!plan) return fail(plan.error());
   if (options.common.quiet) return kExitOk;

@@ -1,5 +1,5 @@
 // Shares of a budget.
-#include "library/share_out.h"
+#include <vcd/library/share_out.h>
 
 #include <numeric>
 

@@ -256,6 +256,57 @@ class BakesForADemand(Case):
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--total-mb", 1, code=1).stderr)
         self.assertIn("need --for", self.run_program("vc-bake", scene, "--depth-elsewhere", 5, code=1).stderr)
 
+    def sharers(self, **triangles):
+        """A folder of meshes, and the options that bake it for what is asked of them."""
+        folder = self.folder / "sharers"
+        folder.mkdir()
+        for name, count in triangles.items():
+            (folder / f"{name}.obj").write_text(soup(count))
+        self.run_program("vc-bake", folder, "-q", "--depth", 1, "--audit", 0)
+        shown = json.loads(self.run_program("vc-info", *folder.glob("*.vcd"), "--format", "json").stdout)["files"]
+        hashes = [bytes.fromhex(file["objects"][0]["geometry_hash"]) for file in shown]
+        self.demand.write_bytes(demand_bytes({h: shadow_rays(i) for i, h in enumerate(hashes)}))
+        return folder, ("--for", self.demand, "--audit", 0, "--method", "proven")
+
+    def test_files_of_a_run_share_its_bytes(self):
+        folder, options = self.sharers(large=60, small=20)
+        sidecars = [folder / f"{name}.obj.vcd" for name in ("large", "small")]
+        bake = lambda *more, code=0: self.run_program("vc-bake", folder, *options, "-d", 5, *more, code=code)
+        sizes = {}
+        for megabytes in (0.5, 0.6):
+            bake("--total-mb", megabytes)
+            sizes[megabytes] = [path.stat().st_size for path in sidecars]
+            self.assertLessEqual(sum(sizes[megabytes]), megabytes * 2 ** 20)
+        self.assertGreater(sum(sizes[0.6]), 0.5 * 2 ** 20)  # so the smaller total was shared
+        for size, less in zip(sizes[0.6], sizes[0.5]):
+            self.assertGreaterEqual(size, less)
+        once = sidecars[0].read_bytes()
+        self.assertIn("2 up to date", bake("--total-mb", 0.6, "--update").stdout)
+        # If one is baked, all are, with the shares of a fresh run.
+        sidecars[1].unlink()
+        self.assertIn("2 baked", bake("--total-mb", 0.6, "--update", "-j", 1).stdout)
+        self.assertEqual(sidecars[0].read_bytes(), once)
+        # Too small a total leaves everything as it is; one that fails does not keep the others from sharing.
+        self.assertIn("more than that", bake("--total-mb", 0.3, code=9).stderr)
+        self.assertEqual(sidecars[0].read_bytes(), once)
+        (folder / "broken.obj").write_text("v 0 0 0\nf 1 2 3\n")
+        done = bake("--total-mb", 0.6, code=9)
+        self.assertIn("2 baked, 0 up to date, 1 failed", done.stdout)
+        self.assertEqual(done.stderr.count("broken.obj:"), 1)
+        self.assertEqual(sidecars[0].read_bytes(), once)
+        for path in sidecars:
+            path.unlink()
+        bake("--total-mb", 0.6, "--fail-fast", code=9)
+        self.assertEqual(list(folder.glob("*.vcd")), [])
+        plan = ("vc-farm", "plan", self.folder / "plan", folder / "large.obj", folder / "small.obj", *options, "--total-mb", 1)
+        self.assertIn("each shard is a run", self.run_program(*plan, "--shards", 2, code=1).stderr)
+
+    def test_depths_become_less_where_all_together_take_too_much(self):
+        folder, options = self.sharers(a=60, b=40, c=20)
+        self.run_program("vc-bake", folder, *options, "--total-mb", 0.4)
+        self.assertLessEqual(sum(file.stat().st_size for file in folder.glob("*.vcd")), 0.4 * 2 ** 20)
+        self.run_program("vc-verify", folder)
+
     def test_elsewhere_a_bake_can_be_deeper(self):
         clear = []
         for elsewhere in ("none", 4):

@@ -17,7 +17,6 @@
 #include "common/describe.h"
 #include "common/meshes.h"
 #include "common/paths.h"
-#include "share_out.h"
 
 namespace vcd::library {
 
@@ -56,6 +55,11 @@ class AssetBake {
     if (auto unfinished = asset_.settings.for_lights ? finish_lit(*file) : finish_all(*file))
       return *std::move(unfinished);
     if (auto unusable = file->fault()) return *std::move(unusable);
+    if (context_.measure) {
+      BakedAsset measured;
+      measured.report = "{}", measured.wanted = std::move(wanted_);
+      return measured;
+    }
     if (asset_.settings.for_lights && !asked_any_)
       return fault(ErrorCode::usage, "none of its lights throws a shadow of its meshes");
     if (demand_ && !asked_any_)
@@ -160,12 +164,29 @@ class AssetBake {
     return alone;
   }
 
+  std::optional<Error> finish_with_shares(const std::vector<PreparedMesh>& meshes) {
+    if (meshes.size() != asset_.shares.size()) return fault(ErrorCode::io, "changed while it was baked; bake it again");
+    for (size_t i = 0; i < meshes.size(); ++i) {
+      const auto [bytes, depth] = asset_.shares[i];
+      auto object = finish(meshes[i], Part{.budget_bytes = bytes, .depth = depth});
+      if (!object) return object.error();
+      objects_.push_back(std::move(*object));
+    }
+    return std::nullopt;
+  }
+
   // Each as if all bytes were its own, then with its share of them, where what is known is not classified again.
   std::optional<Error> finish_together(const std::vector<PreparedMesh>& meshes) {
+    if (!context_.measure && !asset_.shares.empty()) return finish_with_shares(meshes);
     const auto total = static_cast<uint64_t>(asset_.settings.total_mb * 1048576);
     std::vector<uint32_t> depths(meshes.size(), asset_.settings.depth);
+    for (size_t i = 0; i < std::min(depths.size(), asset_.shares.size()); ++i) depths[i] = asset_.shares[i].depth;
     auto alone = bake_alone(meshes, total, depths);
     if (!alone) return alone.error();
+    if (context_.measure) {
+      wanted_ = std::move(alone->wanted);
+      return std::nullopt;
+    }
     auto shares = share_out(total, alone->wanted);
     // Each picked its depth for all bytes: together the tables of such deep trees may be too much.
     while (!shares && asset_.settings.depth == 0 && alone->deepest > 2) {
@@ -193,8 +214,8 @@ class AssetBake {
     const ObjectToWrite parts = object.to_write();
     const uint64_t hierarchy = parts.hierarchy.size(), horizons = parts.horizon.size();
     const uint64_t tree = object.baked.worth.empty() ? 0 : object.baked.worth.front().bytes;
-    return {std::max({2 * hierarchy, 4 * horizons, kBytesBesideTree + hierarchy + horizons + tree}),
-            object.baked.worth};
+    return {std::max({2 * hierarchy, 4 * horizons, kBytesBesideTree + hierarchy + horizons + tree}), object.baked.worth,
+            object.baked.record.depth};
   }
 
   std::optional<PreparedMesh> next(MeshFile& file) {
@@ -304,6 +325,7 @@ class AssetBake {
   ObjectCache cache_;
   std::vector<FinishedObject> objects_;
   std::vector<std::string> notes_;
+  std::vector<WantedBytes> wanted_;
   std::string left_out_;
   std::optional<Demand> demand_;
   bool asked_any_ = false;  // of the meshes so far

@@ -101,8 +101,8 @@ class Batch {
       Record& record = record_of(*grant);
       record.threads = grant->threads;
       ++record.attempts;
-      const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes, options_.cache,
-                                  options_.update};
+      const WorkerOptions options{grant->threads, options_.time_limit, grant->memory_bytes,
+                                  options_.cache, options_.update,     options_.measure};
       for (BatchListener* listener : listeners_) listener->attempt_started(asset, *grant);
       auto worker = Worker::start(asset, options);
       if (worker) {

@@ -76,8 +76,8 @@ constexpr Setting kSettings[] = {
      .scope = Scope::object,
      .form = Form::number,
      .member = &BakeSettings::total_mb,
-     .help = "With --for, --for-lights or --for-above: most MiB that all objects of a mesh file may take together, "
-             "shared out by what\nthe demand gains by them (default: none)",
+     .help = "With --for, --for-lights or --for-above: most MiB that all assets of the run with this number may take "
+             "together, shared out\nto their objects by what the demand gains (default: none)",
      .least = 0.02,
      .most = 1e6,
      .zero_is_none = true},

@@ -1,4 +1,4 @@
-#include "share_out.h"
+#include <vcd/library/share_out.h>
 
 #include <algorithm>
 #include <functional>

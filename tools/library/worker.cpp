@@ -66,6 +66,16 @@ std::optional<BakedAsset> baked_asset(const Json& message) {
   baked.report = json_text(message["report"]);
   for (const Json& source : list("sources"))
     if (auto path = path_from_json(source)) baked.sources.push_back(std::move(*path));
+  for (const Json& object : list("wanted")) {
+    const auto is_count = [&](size_t i) { return object[i].is_number_unsigned(); };
+    if (!object.is_array() || object.size() < 2 || !is_count(0) || !is_count(1)) return std::nullopt;
+    WantedBytes& wanted = baked.wanted.emplace_back(WantedBytes{object[0].get<uint64_t>()});
+    wanted.depth = object[1].get<uint32_t>();
+    for (size_t i = 2; i + 1 < object.size(); i += 2) {
+      if (!is_count(i) || !object[i + 1].is_number()) return std::nullopt;
+      wanted.worth.push_back({object[i].get<uint64_t>(), object[i + 1].get<double>()});
+    }
+  }
   return baked;
 }
 
@@ -74,7 +84,11 @@ constexpr uint64_t kUntouchedBytes = uint64_t{144} << 20;
 
 int bake_and_send(const Asset& asset, const WorkerOptions& options, int pipe) {
   const tbb::global_control threads(tbb::global_control::max_allowed_parallelism, options.threads);
-  BakeContext context{options.threads, options.cache, options.reuse, {parser_seconds(asset.input), own_bytes(options)}};
+  BakeContext context{options.threads,
+                      options.cache,
+                      options.reuse,
+                      options.measure,
+                      {parser_seconds(asset.input), own_bytes(options)}};
   context.on_stage = [&](const std::string& stage) { send(pipe, {{"stage", stage}}); };
   double last = -1;
   context.on_progress = [&](const BakeProgress& p) {
@@ -89,12 +103,19 @@ int bake_and_send(const Asset& asset, const WorkerOptions& options, int pipe) {
   if (!baked) return send(pipe, {{"code", static_cast<int>(baked.error().code)}, {"error", baked.error().message}}), 0;
   Json sources = Json::array();
   for (const fs::path& source : baked->sources) sources.push_back(path_to_json(source));
+  Json wanted = Json::array();
+  for (const WantedBytes& object : baked->wanted) {
+    Json numbers = Json::array({object.least, object.depth});  // then bytes and their worth, pair by pair
+    for (const WorthOfBytes& w : object.worth) numbers.push_back(w.bytes), numbers.push_back(w.asked_a_byte);
+    wanted.push_back(std::move(numbers));
+  }
   send(pipe, {{"bytes", baked->bytes},
               {"objects_reused", baked->objects_reused},
               {"notes", baked->notes},
               {"summary", baked->summary},
               {"report", Json::parse(baked->report)},
-              {"sources", sources}});
+              {"sources", sources},
+              {"wanted", wanted}});
   return 0;
 }
 

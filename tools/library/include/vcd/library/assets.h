@@ -7,6 +7,7 @@
 
 #include <vcd/library/find.h>
 #include <vcd/library/settings.h>
+#include <vcd/library/share_out.h>
 
 namespace vcd::library {
 
@@ -14,6 +15,7 @@ struct Asset {
   std::filesystem::path input;
   std::filesystem::path output;
   BakeSettings settings;
+  std::vector<Share> shares = {};  // of settings.total_mb, of each object in their order; none: the asset has it all
 };
 
 struct Assets {

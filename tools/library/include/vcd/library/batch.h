@@ -20,6 +20,7 @@ struct BatchOptions {
   double time_limit = 0;      // seconds that one asset may take; 0: none
   std::filesystem::path cache;
   bool update = false;                           // leave alone what is up to date, and reuse objects that are
+  bool measure = false;                          // BakeContext::measure
   bool fail_fast = false;                        // stop at the first failure
   std::map<std::string, Outcome> failed_before;  // by failure_key(): not to be tried again
   std::function<bool()> stop;                    // asked often; true ends the run

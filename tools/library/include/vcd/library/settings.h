@@ -29,7 +29,7 @@ struct BakeSettings {
   Method method = Method::hybrid;
   uint32_t samples = 0;       // 0: the method's own number
   double budget_mb = 0;       // MiB; 0: none
-  double total_mb = 0;        // MiB of all objects of a file, for a demand; 0: none
+  double total_mb = 0;        // MiB of all assets of a run with this number, for a demand; 0: none
   double budget_seconds = 0;  // 0: none
   DemandFile demand = {};
   bool for_lights = false;       // for a demand of the scene file's lights

@@ -18,6 +18,7 @@ struct WorkerOptions {
   uint64_t memory_bytes = 0;  // of the worker and its parser together
   std::filesystem::path cache;
   bool reuse = false;
+  bool measure = false;  // BakeContext::measure
 };
 
 // How a worker ended.

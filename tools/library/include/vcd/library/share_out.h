@@ -14,6 +14,13 @@ namespace vcd::library {
 struct WantedBytes {
   uint64_t least;
   std::vector<baker::WorthOfBytes> worth = {};  // of the bytes of its tree; none: it takes no more
+  uint32_t depth = 0;                           // of that tree
+};
+
+// What an object gets.
+struct Share {
+  uint64_t bytes;
+  uint32_t depth;
 };
 
 // Bytes for each: more go wherever they are worth most, until all are given. Nothing if `total` is less than all take
