@@ -145,7 +145,7 @@ class Trouble(Case):
 
     def test_a_source_that_changes_meanwhile(self):
         mesh = self.mesh("a.obj", 5)
-        depth = "4" if "VCD_SANITIZED" in os.environ else "6"
+        depth = "4" if "VCD_SANITIZED" in os.environ else "5"
         process = subprocess.Popen([BIN / "vc-bake", mesh, "--depth", depth, "--audit", "0"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         while process.poll() is None and not self.at_work(process, 30):
             time.sleep(0.02)
