@@ -133,8 +133,6 @@ Result<Json> object_json(const ObjectContents& object, const ObjectMesh& mesh, s
   const DrawnSurface surface = drawn_surface(mesh.mesh, most_triangles);
   const auto shares = surface_shares(object, mesh.mesh, surface, options.stop);
   if (!shares) return shares.error();
-  auto views = views_json(object);
-  if (!views) return views.error();
   const ObjectRecord& record = *object.record;
   Json whys = Json::array();
   for (const auto& why : shares->why) whys.push_back(arrays.add(why));
@@ -155,8 +153,7 @@ Result<Json> object_json(const ObjectContents& object, const ObjectMesh& mesh, s
               {"proven", arrays.add(shares->proven)},
               {"why", whys},
               {"horizons", horizons_json(mesh, surface, arrays)},
-              {"tree", tree_json(object, arrays, tree_bytes)},
-              {"views", *views}};
+              {"tree", tree_json(object, arrays, tree_bytes)}};
 }
 
 // Of an object with so many of all triangles. Where they are too many, half of what may be drawn is shared out by size
@@ -194,9 +191,13 @@ Result<std::string> page_of(const std::string& path, const SidecarContents& side
   Json objects = Json::array();
   for (size_t i = 0; i < meshes->size(); ++i) {
     const ObjectMesh& mesh = (*meshes)[i];
+    if (options.stop && options.stop()) return Error{ErrorCode::runtime, shown(path) + ": interrupted"};
     const size_t most = most_drawn(mesh.mesh.triangles.size(), all, meshes->size());
     auto object = object_json(sidecar.objects[i], mesh, most, arrays, tree_bytes, options);
     if (!object) return Error{object.error().code, shown(path) + ": " + object.error().message};
+    auto views = i < kMostPictured ? views_json(sidecar.objects[i]) : Result<Json>(Json::array());
+    if (!views) return Error{views.error().code, shown(path) + ": " + views.error().message};
+    (*object)["views"] = std::move(*views);
     objects.push_back(std::move(*object));
   }
   Json provenance = Json::object();

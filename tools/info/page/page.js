@@ -113,7 +113,7 @@ class Page {
       this.view = new View3D(find('view'));
     } catch (error) {  // without WebGL: all but the object itself
       this.view = new Proxy({}, {get: () => () => {}});
-      find('view').append(element('p', `This browser cannot draw the object: ${error.message}`, {class: 'note'}));
+      find('hint').textContent = `This browser cannot draw the object: ${error.message}`;
     }
     this.mode = MODES[0];
     this.kept = false;
@@ -186,6 +186,7 @@ class Page {
       figure.append(element('img', undefined, {src: view.png, alt: `Classes from ${where}: ${shares}`}), caption);
       return figure;
     }));
+    if (object.views.length === 0) find('views').append(element('p', 'Only the first 32 objects have pictures.', {class: 'note'}));
   }
 
   // A mouse tells as it moves; a click or a tap keeps the line, another lets it go.
