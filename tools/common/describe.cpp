@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <iterator>
+#include <numeric>
 
 #include "readable.h"
 
@@ -209,9 +210,9 @@ std::string object_summary(const ObjectRecord& r) {
                 readable_bytes(4 * r.nodes_shared).c_str());
   out += line;
   const uint64_t bytes = tree_shape(r.depth).bytes(r.block_counts, r.brick_count);
-  std::snprintf(line, sizeof line, "  tree      %s: %u + %u + %u blocks, %u bricks\n", readable_bytes(bytes).c_str(),
-                r.block_counts[0], r.block_counts[1], r.block_counts[2], r.brick_count);
-  return out + line;
+  const uint64_t blocks = std::accumulate(r.block_counts.begin(), r.block_counts.end(), uint64_t{0});
+  return out + "  tree      " + readable_bytes(bytes) + ": " +
+         (blocks > 0 ? std::to_string(blocks) + " blocks and " : "") + std::to_string(r.brick_count) + " bricks\n";
 }
 
 std::string hierarchy_summary(const ObjectRecord& r, const HierarchyView& hierarchy) {
