@@ -130,11 +130,12 @@ void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
 }
 
 bool Object::occluded(const Segment& segment, From from) const noexcept {
-  if (data_->look_up_first[static_cast<size_t>(from)]) {
-    const Visibility answer = classify(segment);
-    if (answer != Visibility::unclassified) return answer == Visibility::blocked;
-  }
-  return data_->trace->one(data_->traced, segment);
+  if (!data_->look_up_first[static_cast<size_t>(from)]) return data_->trace->one(data_->traced, segment);
+  // Statistics may call a line blocked that passes by the box; arrays and bundles would say so.
+  if (data_->record->method == static_cast<uint8_t>(Method::proven))
+    return data_->trace->one_looked_up(data_->traced, {data_->frame, data_->tree, data_->classify_one}, segment);
+  const Visibility answer = classify(segment);
+  return answer == Visibility::unclassified ? data_->trace->one(data_->traced, segment) : answer == Visibility::blocked;
 }
 
 void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blocked, From from) const noexcept {

@@ -43,6 +43,7 @@ Visibility unclassified_one(const GridFrame&, const TreeView&, const Segment&) n
 }
 constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
+    [](const Traced&, const LookUpOne&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
     [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
     [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
 

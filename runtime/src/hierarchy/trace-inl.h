@@ -161,6 +161,16 @@ bool Occluded(const Traced& object, const Segment& segment) noexcept {
   return trace_from(object.view, kRootUnit, ray, segment);
 }
 
+bool OccludedLookedUp(const Traced& object, const LookUpOne& look_up, const Segment& segment) noexcept {
+  NearRay ray;
+  const Nearness nearness = make_near_ray(object, segment, ray);
+  if (nearness == Nearness::misses) return false;
+  const Visibility answer = look_up.classify(look_up.frame, look_up.tree, segment);
+  if (answer != Visibility::unclassified) return answer == Visibility::blocked;
+  return nearness == Nearness::far ? occluded_scalar(object, segment)
+                                   : trace_from(object.view, kRootUnit, ray, segment);
+}
+
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd
 HWY_AFTER_NAMESPACE();

@@ -54,9 +54,19 @@ struct PlacedBundle {
   const float* const (&directions)[3];
 };
 
+// The look-up of one segment.
+struct LookUpOne {
+  const GridFrame& frame;
+  const TreeView& tree;
+  Visibility (*classify)(const GridFrame&, const TreeView&, const Segment&) noexcept;
+};
+
 // Of hierarchies.
 struct TraceKernels {
   bool (*one)(const Traced&, const Segment&) noexcept;
+  // The same, but what meets the object's box is looked up before its hierarchy is asked. Most rays of a path tracer
+  // miss the box, and a look-up finds that out later.
+  bool (*one_looked_up)(const Traced&, const LookUpOne&, const Segment&) noexcept;
   // Those of `live` that are blocked; of at most kChunk segments.
   SampleBits (*array)(const Traced&, const Segment*, const SampleBits& live) noexcept;
   SampleBits (*fan)(const Traced&, const Fan&) noexcept;

@@ -91,6 +91,11 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
   });
 }
 
+bool one_looked_up(const Traced& object, const LookUpOne& look_up, const Segment& segment) noexcept {
+  const Visibility answer = look_up.classify(look_up.frame, look_up.tree, segment);
+  return answer == Visibility::unclassified ? occluded_scalar(object, segment) : answer == Visibility::blocked;
+}
+
 bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
   return occluded_in_scene(scene, segment, begin_of(query, 0), query.mask, boxes_met, occluded_scalar);
 }
@@ -114,7 +119,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &to_object,
                                   &scene_one,
                                   &scene_array,
-                                  {&occluded_scalar, &occluded_array_scalar, &occluded_fan_scalar},
+                                  {&occluded_scalar, &one_looked_up, &occluded_array_scalar, &occluded_fan_scalar},
                                   {&above_array_scalar, &above_fan_scalar}};
   return kernels;
 }
