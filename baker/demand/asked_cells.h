@@ -54,8 +54,7 @@ std::vector<Asked> undecided_cells(const CellClassifier& classifier, const std::
                                    uint32_t level, Workspaces& workspaces, const std::function<bool()>& over);
 
 // The depth that is expected to leave the least of the lines' weight unanswered. The inner blocks for all that is asked
-// come first, then bricks for the heaviest cells. Depths of 7 and 8 have blocks of 1 KiB for every cell of level 3 that
-// is asked: they pay where lines lie close together, and not in a forest.
+// come first, then bricks for the heaviest cells.
 uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLine>& lines, uint64_t budget_bytes,
                     const std::function<bool()>& over);
 

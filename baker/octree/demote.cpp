@@ -100,8 +100,8 @@ class Merger {
     return sum;
   }
 
-  // Of what the levels above leave, a level of blocks may take 55 %, bricks all. Measured; a tenth more or less changes
-  // little.
+  // Of what the levels above leave, a level of blocks may take 55 %, bricks all. Measured where there is one such
+  // level; a tenth more or less changes little.
   uint64_t most_blocks(size_t l, uint64_t budget) const {
     uint64_t least = shape_.top_bytes();
     for (size_t k = 0; k < levels_.size(); ++k) least += (k > l ? levels_[k].size() : kUniformBlocks) * kBlockBytes;

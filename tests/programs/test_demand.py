@@ -296,7 +296,8 @@ class BakesForADemand(Case):
         self.assertEqual(sidecars[0].read_bytes(), once)
         for path in sidecars:
             path.unlink()
-        bake("--total-mb", 0.6, "--fail-fast", code=9)
+        done = bake("--total-mb", 0.6, "--fail-fast", code=9)
+        self.assertIn("large.obj: not run", done.stderr)
         self.assertEqual(list(folder.glob("*.vcd")), [])
         plan = ("vc-farm", "plan", self.folder / "plan", folder / "large.obj", folder / "small.obj", *options, "--total-mb", 1)
         self.assertIn("each shard is a run", self.run_program(*plan, "--shards", 2, code=1).stderr)

@@ -80,13 +80,24 @@ class Sharers {
     });
     std::vector<size_t> left;
     for (size_t k = 0; k < of_.size(); ++k) {
-      const bool ok = records[k].ok();
-      if (ok && !broken_off) left.push_back(of_[k]);
-      if (ok) records[k].fate = broken_off ? Fate::not_run : Fate::waiting;
+      if (records[k].ok() && broken_off) {
+        leave_out(assets[k], records[k]);
+      } else if (records[k].ok()) {
+        records[k].fate = Fate::waiting;
+        left.push_back(of_[k]);
+      }
       records_[of_[k]] = std::move(records[k]);
     }
     of_ = std::move(left);
     return !of_.empty();
+  }
+
+  static void leave_out(const Asset& asset, Record& record) {
+    record.fate = Fate::not_run;
+    record.outcome = {};
+    record.outcome.code = static_cast<int>(ErrorCode::runtime);
+    record.outcome.kind = "not-run";
+    record.outcome.message = shown(asset.input) + ": not run: the run ended before --total-mb was shared";
   }
 
   void hand_out(const std::vector<uint64_t>& shares, uint32_t most_depth = UINT32_MAX) {
