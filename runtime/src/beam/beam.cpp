@@ -110,6 +110,17 @@ bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChun
          size * beam.rounding * static_cast<float>(beam.reach) <= kMostRounding;
 }
 
+bool is_narrow(const BeamFrame& beam, const BundleChunk& chunk) {
+  constexpr float kMost = 0.125f;  // width of the beam by its length, in the L1 norm
+  const Extent u = chunk.u_extent, v = chunk.v_extent;
+  float width = 0, length = 0;
+  for (int a = 0; a < 3; ++a) {
+    width += (u.high - u.low) * std::abs(beam.edge_u[a]) + (v.high - v.low) * std::abs(beam.edge_v[a]);
+    length += std::abs(beam.corner[a] + 0.5f * ((u.low + u.high) * beam.edge_u[a] + (v.low + v.high) * beam.edge_v[a]));
+  }
+  return width <= kMost * length;
+}
+
 bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk) {
   const Extent u = chunk.u_extent, v = chunk.v_extent;
   constexpr double kSize = kGrid;

@@ -76,6 +76,10 @@ inline void set_size(const BeamFrame& beam, BundleChunk& chunk) {
 // Whether rounding in this object's grid stays well below the guard band. False if anything is not finite.
 bool near_enough(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk);
 
+// Whether the beam is so narrow that its lines often have a cell or some equal ones in common. Of wider ones that is
+// rarely so, and to find out costs as much as to look up some of their lines.
+bool is_narrow(const BeamFrame& beam, const BundleChunk& chunk);
+
 // True only if none of the segments meets the object, which is near enough.
 bool misses(const GridFrame& frame, const BeamFrame& beam, const BundleChunk& chunk);
 

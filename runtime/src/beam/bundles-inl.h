@@ -140,7 +140,7 @@ template <class Grid, class Directions>
 HWY_INLINE void classify_chunk(const Grid& grid, const LookUp& look_up, const BeamFrame& frame,
                                const BundleChunk& chunk, uint32_t live, bool as_beam, const Directions& directions,
                                SampleAnswers& answers) {
-  if (as_beam) {
+  if (as_beam && is_narrow(frame, chunk)) {
     const Visibility found = beam_class(grid, *look_up.tree, frame, chunk);
     if (found == Visibility::clear) return;
     if (found == Visibility::blocked) {

@@ -17,6 +17,7 @@
 
 #include "hierarchy/fan_leaf-inl.h"
 #include "hierarchy/trace-inl.h"
+#include "lookup/lanes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -24,13 +25,16 @@ namespace HWY_NAMESPACE {
 
 // A direction must be no further from the plane's axis than this, as a tangent.
 inline constexpr float kWidestTangent = 4;
-// As few samples as these go on alone.
-inline constexpr int kFewSamples = 4;
+// As few samples as these go on alone from a node, and are tested alone against a leaf.
+inline constexpr int kFewOfNode = 2, kFewOfLeaf = 4;
 
-// Of a node's children.
-struct Rectangles {
+// A node's children, as they are seen.
+struct Children {
   alignas(64) float u_min[kNodeWidth], u_max[kNodeWidth], v_min[kNodeWidth], v_max[kNodeWidth];
-  uint8_t u_first[kNodeWidth], u_last[kNodeWidth], v_first[kNodeWidth], v_last[kNodeWidth];
+  alignas(64) float edge[kNodeWidth], depth[kNodeWidth];  // errors of leaves: see SeenBox
+  uint8_t u_first[kNodeWidth], u_last[kNodeWidth], v_first[kNodeWidth], v_last[kNodeWidth];  // steps
+
+  SeenBox box(size_t i) const { return {u_min[i], u_max[i], v_min[i], v_max[i], edge[i], depth[i]}; }
 };
 
 // Of the lowest bits.
@@ -44,10 +48,23 @@ HWY_INLINE void store_steps(hn::Vec<FloatTag> at, float first, float scale, uint
   const FloatTag d;
   const hn::Rebind<uint8_t, FloatTag> bytes;
   const hn::RebindToUnsigned<IndexTag> words;
-  const auto steps = hn::ConvertTo(IndexTag(), hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, scale)));
+  const auto steps = truncated(hn::Mul(hn::Sub(at, hn::Set(d, first)), hn::Set(d, scale)));
   hn::StoreU(hn::TruncateTo(bytes, hn::BitCast(words, steps)), bytes, into);
 }
 
+// Which children are leaves, a bit each.
+HWY_INLINE uint32_t leaves_of(const HierarchyNode& node) {
+  static_assert(kLeafChild == uint32_t{1} << 31);  // the sign
+  const FloatTag d;
+  uint32_t leaves = 0;
+  for (size_t i = 0; i < kNodeWidth; i += hn::Lanes(d)) {
+    const auto children = hn::Load(IndexTag(), reinterpret_cast<const int32_t*>(node.child) + i);
+    leaves |= lane_bits(d, hn::RebindMask(d, hn::Lt(children, hn::Zero(IndexTag())))) << i;
+  }
+  return leaves;
+}
+
+template <size_t kMost>
 class FanTracer {
  public:
   FanTracer(const Traced& object, const Fan& fan) : object_(object), fan_(fan) {}
@@ -59,7 +76,7 @@ class FanTracer {
       left = left.without(which);
     };
     while (left.any()) {
-      if (left.count() <= kFewSamples || !is_trusted()) {
+      if (left.count() <= kFewOfNode || !is_trusted()) {
         trace_alone(left);
         break;
       }
@@ -69,7 +86,7 @@ class FanTracer {
         trace_alone(SampleBits::just(first));
         continue;
       }
-      const FanBits all = FanBits::first(samples_.count);
+      const Bits all = Bits::first(samples_.count);
       live_ = all;
       trace(kRootUnit);
       if (is_packed_)
@@ -81,6 +98,8 @@ class FanTracer {
   }
 
  private:
+  using Bits = BitSet<kMost>;
+
   // Whether the errors below are bounded: 2^6 M is far from where products of three coordinates overflow.
   bool is_trusted() const {
     float farthest = 0;
@@ -94,26 +113,25 @@ class FanTracer {
   // Takes the axis that sample `first` follows, and prepares those samples of `left` that are near enough to it, as
   // many as there is room for. Returns them; it may be that none is.
   SampleBits make_plane(const SampleBits& left, size_t first);
-  void pack(const SampleBits& taken);
   // What of a node's children holds a sample that could be met, a bit each.
-  uint32_t look(const HierarchyNode& node, Rectangles& rectangles) const;
-  // The samples in a child's rectangle.
-  FanBits samples_in(const Rectangles& rectangles, size_t child) const;
+  uint32_t look(const HierarchyNode& node, Children& children) const;
+  // Which of the children in `met` hold a sample that is not blocked, and which samples those are.
+  uint32_t hold_samples(const Children& children, uint32_t met, Bits* within) const;
   template <uint32_t kVertices>
-  void test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& rectangles, size_t i,
-            const FanBits& samples);
-  void trace_from_each(uint32_t child, const FanBits& samples);
+  void test(const HierarchyLeaf<kVertices>& leaf, uint32_t child, const SeenBox& box, const Bits& samples);
+  void trace_from_each(uint32_t child, const Bits& samples);
   void trace(uint32_t root);
 
   const Traced& object_;
   const Fan& fan_;
   FanPlane plane_;
-  FanSamples samples_;
+  FanSamples<kMost> samples_;
   bool is_packed_;  // or the samples are the fan's first
-  FanBits live_;    // of the samples: not blocked so far
+  Bits live_;       // of the samples: not blocked so far
 };
 
-inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
+template <size_t kMost>
+SampleBits FanTracer<kMost>::make_plane(const SampleBits& left, size_t first) {
   const FloatTag d;
   size_t z = 0;
   for (size_t a = 1; a < 3; ++a)
@@ -130,27 +148,33 @@ inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   const float* const dz = fan_.direction[plane_.axis[2]];
   const auto big = hn::Set(d, std::numeric_limits<float>::max());
   auto u_min = big, v_min = big, u_max = hn::Neg(big), v_max = u_max, end_max = hn::Zero(d);
-  for (size_t i = 0; i < fan_.count && count <= static_cast<int>(kFanSamples - hn::Lanes(d)); i += hn::Lanes(d)) {
-    const uint32_t live = static_cast<uint32_t>(left.run(i / kRun) >> i % kRun) & ((1u << hn::Lanes(d)) - 1);
+  for (size_t i = 0; i < fan_.count && count <= static_cast<int>(kMost - hn::Lanes(d)); i += hn::Lanes(d)) {
+    constexpr uint32_t kAll = (1u << kFloatLanes) - 1;
+    const uint32_t live = static_cast<uint32_t>(left.run(i / kRun) >> i % kRun) & kAll;
     if (live == 0) continue;
     const auto along = hn::Mul(hn::LoadU(d, dz + i), hn::Set(d, plane_.sign)), x = hn::LoadU(d, dx + i),
                y = hn::LoadU(d, dy + i), wide = hn::Mul(along, hn::Set(d, kWidestTangent));
     // NaN is not near.
     auto near = hn::And(hn::And(hn::Ge(along, hn::Set(d, 0x1p-60f)), hn::Le(along, hn::Set(d, 0x1p60f))),
                         hn::And(hn::Le(hn::Abs(x), wide), hn::Le(hn::Abs(y), wide)));
-    if (live != (1u << hn::Lanes(d)) - 1) near = hn::And(near, mask_of(live));
+    if (live != kAll) near = hn::And(near, mask_of(live));
     const uint32_t bits = lane_bits(d, near);
     taken.add_run(i / kRun, uint64_t{bits} << i % kRun);
-    count += std::popcount(bits);
     const auto inverse = hn::Div(hn::Set(d, 1.0f), along), u = hn::Mul(x, inverse), v = hn::Mul(y, inverse);
-    hn::Store(u, d, samples_.u + i);
-    hn::Store(v, d, samples_.v + i);
-    hn::Store(inverse, d, samples_.inverse_end + i);
+    const auto at = static_cast<size_t>(count);
+    const auto put = [&](auto values, float* into)
+                         HWY_ATTR { hn::StoreU(bits == kAll ? values : hn::Compress(values, near), d, into + at); };
+    put(u, samples_.u), put(v, samples_.v), put(inverse, samples_.inverse_end);
+    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
+    hn::StoreU(bits == kAll ? numbers : hn::Compress(numbers, hn::RebindMask(IndexTag(), near)), IndexTag(),
+               samples_.number + at);
+    count += std::popcount(bits);
     u_min = hn::Min(u_min, hn::IfThenElse(near, u, big)), u_max = hn::Max(u_max, hn::IfThenElse(near, u, hn::Neg(big)));
     v_min = hn::Min(v_min, hn::IfThenElse(near, v, big)), v_max = hn::Max(v_max, hn::IfThenElse(near, v, hn::Neg(big)));
     end_max = hn::Max(end_max, hn::IfThenElseZero(near, along));
   }
-  pack(taken);
+  samples_.count = static_cast<size_t>(count);
+  is_packed_ = !(taken == SampleBits::first(samples_.count));
   if (!taken.any()) return taken;
   plane_.u_min = hn::GetLane(hn::MinOfLanes(d, u_min)), plane_.u_max = hn::GetLane(hn::MaxOfLanes(d, u_max));
   plane_.v_min = hn::GetLane(hn::MinOfLanes(d, v_min)), plane_.v_max = hn::GetLane(hn::MaxOfLanes(d, v_max));
@@ -167,28 +191,11 @@ inline SampleBits FanTracer::make_plane(const SampleBits& left, size_t first) {
   return taken;
 }
 
-// Moves those of `taken` to the front.
-inline void FanTracer::pack(const SampleBits& taken) {
-  const FloatTag d;
-  const auto count = static_cast<size_t>(taken.count());
-  samples_.count = count;
-  is_packed_ = !(taken == SampleBits::first(count));
-  if (!is_packed_) return;
-  size_t at = 0;
-  for (size_t i = 0; i < fan_.count && at < count; i += hn::Lanes(d)) {
-    const auto mask = mask_of(taken.run(i / kRun) >> i % kRun);
-    for (float* array : {samples_.u, samples_.v, samples_.inverse_end})
-      hn::StoreU(hn::Compress(hn::Load(d, array + i), mask), d, array + at);
-    const auto numbers = hn::Iota(IndexTag(), static_cast<int32_t>(i));
-    hn::StoreU(hn::Compress(numbers, hn::RebindMask(IndexTag(), mask)), IndexTag(), samples_.number + at);
-    at += static_cast<size_t>(std::popcount(lane_bits(d, mask)));
-  }
-}
-
 // A place is wrong by less than 3 u · 4, a rectangle's side by less than 4 u of itself (u = 2^-24). Sides within ±8 are
 // moved outwards by 2^-18, and no sample is near others, so none that could be met is missed. Steps are found by the
 // same operations for samples and for sides, which never exchange two that are in order.
-HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) const {
+template <size_t kMost>
+HWY_INLINE uint32_t FanTracer<kMost>::look(const HierarchyNode& node, Children& c) const {
   const FloatTag d;
   const auto [x_axis, y_axis, z_axis] = plane_.axis;
   const float* const z_near = plane_.sign > 0 ? node.min[z_axis] : node.max[z_axis];
@@ -203,6 +210,7 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
     auto holds = hn::And(hn::Gt(far, zero), hn::Le(near, hn::Set(d, plane_.farthest * (1 + 0x1p-20f))));
     const auto in_front = hn::Gt(near, zero);
     const auto by_near = hn::Div(one, near), by_far = hn::Div(one, far);
+    auto m = hn::Max(hn::Abs(near), hn::Abs(far)), width = zero;
     const auto side = [&](size_t axis, size_t k, float first, float last, float step, float* lows, float* highs,
                           uint8_t* low_steps, uint8_t* high_steps) HWY_ATTR {
       const auto origin = hn::Set(d, plane_.origin[k]);
@@ -216,113 +224,138 @@ HWY_INLINE uint32_t FanTracer::look(const HierarchyNode& node, Rectangles& r) co
                                                hn::IfThenElse(in_front, hn::Mul(max, by_near), infinite)),
                                 grow);
       holds = hn::And(holds, hn::And(hn::Le(low, hn::Set(d, last)), hn::Ge(high, hn::Set(d, first))));
+      m = hn::Max(m, hn::Max(hn::Abs(min), hn::Abs(max)));
+      width = hn::Max(width, hn::Sub(high, low));
       hn::Store(low, d, lows + i);
       hn::Store(high, d, highs + i);
       const auto within = [&](auto at) HWY_ATTR { return hn::Min(hn::Max(at, hn::Set(d, first)), hn::Set(d, last)); };
       store_steps(within(low), first, step, low_steps + i);
       store_steps(within(high), first, step, high_steps + i);
     };
-    side(x_axis, 0, plane_.u_min, plane_.u_max, plane_.u_scale, r.u_min, r.u_max, r.u_first, r.u_last);
-    side(y_axis, 1, plane_.v_min, plane_.v_max, plane_.v_scale, r.v_min, r.v_max, r.v_first, r.v_last);
+    side(x_axis, 0, plane_.u_min, plane_.u_max, plane_.u_scale, c.u_min, c.u_max, c.u_first, c.u_last);
+    side(y_axis, 1, plane_.v_min, plane_.v_max, plane_.v_scale, c.v_min, c.v_max, c.v_first, c.v_last);
+    store_errors(m, width, plane_, c.edge + i, c.depth + i);
     met |= lane_bits(d, holds) << i;
   }
   return met;
 }
 
-HWY_INLINE FanBits FanTracer::samples_in(const Rectangles& r, size_t child) const {
+template <size_t kMost>
+HWY_INLINE uint32_t FanTracer<kMost>::hold_samples(const Children& c, uint32_t met, Bits* within) const {
   const hn::CappedTag<uint8_t, 64> d;
-  const auto u = hn::Set(d, r.u_first[child]), v = hn::Set(d, r.v_first[child]);
-  const auto width = hn::Set(d, static_cast<uint8_t>(r.u_last[child] - r.u_first[child])),
-             height = hn::Set(d, static_cast<uint8_t>(r.v_last[child] - r.v_first[child]));
-  FanBits in{};
-  for (size_t i = 0; i < samples_.count; i += hn::Lanes(d)) {
-    // Unsigned and modulo 256: a difference is at most the width if and only if the step lies between.
-    const auto right = hn::Sub(hn::Load(d, samples_.u_step + i), u),
-               above = hn::Sub(hn::Load(d, samples_.v_step + i), v);
-    const auto inside = hn::And(hn::Eq(hn::Min(right, width), right), hn::Eq(hn::Min(above, height), above));
-    in.add_word(i / 64, byte_bits(d, inside) << i % 64);
+  uint32_t held = 0;
+  for (; met != 0; met &= met - 1) {
+    const auto child = static_cast<size_t>(std::countr_zero(met));
+    const auto u = hn::Set(d, c.u_first[child]), v = hn::Set(d, c.v_first[child]);
+    const auto width = hn::Set(d, static_cast<uint8_t>(c.u_last[child] - c.u_first[child])),
+               height = hn::Set(d, static_cast<uint8_t>(c.v_last[child] - c.v_first[child]));
+    uint64_t any = 0;
+    Bits in{};
+    for (size_t w = 0; 64 * w < kMost; ++w) {
+      uint64_t word = 0;
+      for (size_t i = 0; i < 64; i += hn::Lanes(d)) {
+        // Unsigned and modulo 256: a difference is at most the width if and only if the step lies between.
+        const auto right = hn::Sub(hn::Load(d, samples_.u_step + 64 * w + i), u),
+                   above = hn::Sub(hn::Load(d, samples_.v_step + 64 * w + i), v);
+        const auto inside = hn::And(hn::Eq(hn::Min(right, width), right), hn::Eq(hn::Min(above, height), above));
+        word |= byte_bits(d, inside) << i;
+      }
+      word &= live_.word(w);
+      in.add_word(w, word);
+      any |= word;
+    }
+    within[child] = in;
+    held |= uint32_t{any != 0} << child;
   }
-  return in &= live_;
+  return held;
 }
 
+template <size_t kMost>
 template <uint32_t kVertices>
-HWY_INLINE void FanTracer::test(const HierarchyLeaf<kVertices>& leaf, const HierarchyNode& node, const Rectangles& r,
-                                size_t i, const FanBits& samples) {
-  SeenBox box{r.u_min[i], r.u_max[i], r.v_min[i], r.v_max[i], 0};
-  for (size_t k = 0; k < 3; ++k) {
-    const size_t a = plane_.axis[k];
-    box.farthest =
-        std::max({box.farthest, std::abs(node.min[a][i] - fan_.origin[a]), std::abs(node.max[a][i] - fan_.origin[a])});
+HWY_INLINE void FanTracer<kMost>::test(const HierarchyLeaf<kVertices>& leaf, uint32_t child, const SeenBox& box,
+                                       const Bits& samples) {
+  const auto decide = [&](uint32_t triangles, size_t sample) {
+    return meets_some(object_.view, child, triangles, segment(sample));
+  };
+  if (samples.count() <= kFewOfLeaf) {
+    live_ = live_.without(hit_alone(leaf, plane_, box, samples_, samples, decide));
+    return;
   }
   Sides sides;
   make_sides(leaf, plane_, box, sides);
   if (sides.possible == 0) return;
-  const auto decide = [&](uint32_t triangles, size_t sample) {
-    return meets_some(object_.view, node.child[i], triangles, segment(sample));
-  };
   // Whichever takes fewer steps.
   constexpr int kVectors = static_cast<int>(kNodeWidth / kFloatLanes);
   const bool by_triangle =
       std::popcount(sides.possible) * std::popcount(samples.runs()) * kVectors + 4 < samples.count() * kVectors;
-  const FanBits hit =
-      by_triangle ? hit_by_each(sides, samples_, samples, decide) : each_that_is_hit(sides, samples_, samples, decide);
+  const Bits hit = by_triangle ? hit_by_each(sides, box, samples_, samples, decide)
+                               : each_that_is_hit(sides, box, samples_, samples, decide);
   live_ = live_.without(hit);
 }
 
-inline void FanTracer::trace_from_each(uint32_t child, const FanBits& samples) {
+template <size_t kMost>
+void FanTracer<kMost>::trace_from_each(uint32_t child, const Bits& samples) {
   for (size_t i : samples) {
     const Segment s = segment(i);
     NearRay ray;
     const Nearness nearness = make_near_ray(object_, s, ray);
     const bool met = nearness == Nearness::near ? trace_from(object_.view, child, ray, s)
                                                 : nearness == Nearness::far && occluded_scalar(object_, s);
-    if (met) live_ = live_.without(FanBits::just(i));
+    if (met) live_ = live_.without(Bits::just(i));
   }
 }
 
-inline void FanTracer::trace(uint32_t root) {
+template <size_t kMost>
+void FanTracer<kMost>::trace(uint32_t root) {
   struct Rest {
     const HierarchyNode* node;
-    uint32_t met;
-    Rectangles rectangles;
+    uint32_t inner;  // children with samples, a bit each, that are nodes
+    Bits within[kNodeWidth];
   };
   const HierarchyView& view = object_.view;
   Rest stack[kMostLevels];
   uint32_t depth = 0;
-  const auto enter = [&](uint32_t node) HWY_ATTR {
+  const auto prefetch = [&](uint32_t child) HWY_ATTR {
+    for (size_t unit = 0; unit < units_of(kRootUnit); ++unit) hwy::Prefetch(view.at(child) + unit * kUnitBytes);
+  };
+  // Tests a node's leaves.
+  const auto enter = [&](uint32_t at) HWY_ATTR {
     Rest& rest = stack[depth++];
-    rest.node = &view.node(node);
-    rest.met = look(*rest.node, rest.rectangles);
+    const HierarchyNode& node = view.node(at);
+    Children children;
+    rest.node = &node;
+    const uint32_t held = hold_samples(children, look(node, children), rest.within);
+    const uint32_t leaves = held & leaves_of(node);
+    rest.inner = held & ~leaves;
+    for (uint32_t left = leaves; left != 0;) {
+      const auto i = static_cast<size_t>(std::countr_zero(left));
+      left &= left - 1;
+      if (left != 0) prefetch(node.child[std::countr_zero(left)]);
+      with_leaf(view, node.child[i],
+                [&](const auto& leaf) HWY_ATTR { test(leaf, node.child[i], children.box(i), rest.within[i] & live_); });
+    }
   };
   enter(root);
-  while (depth > 0) {
+  while (depth > 0 && live_.any()) {
     Rest& rest = stack[depth - 1];
-    if (rest.met == 0) {
+    if (rest.inner == 0) {
       --depth;
       continue;
     }
-    const auto i = static_cast<size_t>(std::countr_zero(rest.met));
-    rest.met &= rest.met - 1;
-    const FanBits in = samples_in(rest.rectangles, i);
+    const auto i = static_cast<size_t>(std::countr_zero(rest.inner));
+    rest.inner &= rest.inner - 1;
+    const Bits in = rest.within[i] & live_;
     if (!in.any()) continue;
     const uint32_t child = rest.node->child[i];
-    if (rest.met != 0) {
-      const std::byte* const next = view.at(rest.node->child[std::countr_zero(rest.met)]);
-      for (size_t unit = 0; unit < units_of(kRootUnit); ++unit) hwy::Prefetch(next + unit * kUnitBytes);
-    }
-    if (child & kLeafChild) {
-      with_leaf(view, child, [&](const auto& leaf) HWY_ATTR { test(leaf, *rest.node, rest.rectangles, i, in); });
-    } else if (in.count() <= kFewSamples) {
-      trace_from_each(child, in);
-    } else {
-      enter(child);
-      continue;
-    }
-    if (!live_.any()) return;
+    if (rest.inner != 0) prefetch(rest.node->child[std::countr_zero(rest.inner)]);
+    if (in.count() <= kFewOfNode) trace_from_each(child, in);
+    else enter(child);
   }
 }
 
-SampleBits OccludedFan(const Traced& object, const Fan& fan) noexcept { return FanTracer(object, fan).blocked(); }
+SampleBits OccludedFan(const Traced& object, const Fan& fan) noexcept {
+  return fan.live.count() <= 64 ? FanTracer<64>(object, fan).blocked() : FanTracer<kFanSamples>(object, fan).blocked();
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace vcd

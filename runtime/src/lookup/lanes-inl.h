@@ -38,6 +38,17 @@ HWY_INLINE Words gather(const uint32_t* from, Words index) {
   return hn::BitCast(U(), hn::GatherIndex(I(), reinterpret_cast<const int32_t*>(from), hn::BitCast(I(), index)));
 }
 
+// Towards zero; anything of what no integer holds: to define that takes ConvertTo() four more steps.
+HWY_INLINE Ints truncated(Floats x) {
+#if HWY_TARGET <= HWY_AVX3
+  return Ints{_mm512_cvttps_epi32(x.raw)};
+#elif HWY_TARGET <= HWY_AVX2
+  return Ints{_mm256_cvttps_epi32(x.raw)};
+#else
+  return hn::ConvertTo(I(), x);
+#endif
+}
+
 struct Lanes {
   Floats origin[3], direction[3], t_min, t_max;
 };
@@ -139,7 +150,7 @@ VCD_LOCATE_INLINE Lines locate_lines(const GridFrame& frame, const Lanes& lanes)
   const Floats x1 = hn::IfThenElse(exit_x, x[1], x[0]), x2 = hn::IfThenElse(exit_z, x[1], x[2]);
   const Truth swapped = hn::RebindMask(F(), hn::Gt(hn::BitCast(I(), entry_face), hn::BitCast(I(), exit_face)));
   const auto byte = [](Floats coordinate) HWY_ATTR {
-    const Ints i = hn::ConvertTo(I(), coordinate);
+    const Ints i = truncated(coordinate);
     return hn::BitCast(U(), hn::Min(hn::Max(i, hn::Zero(I())), hn::Set(I(), 255)));
   };
   const Words s = byte(hn::IfThenElse(swapped, x1, e1)), t = byte(hn::IfThenElse(swapped, x2, e2));
