@@ -88,6 +88,24 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   for (size_t k = 0; k < count; ++k) chunk.blocked.set(indices[k] - chunk.first, blocked[k] != 0);
 }
 
+// Segments of a bundle that are trusted, by the object's own hierarchy.
+SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  const SceneData& data = scene.data;
+  const ObjectData* const object = data.sidecars[instance];
+  if (!object || !object->traced.view) fail_without_hierarchy();
+  SegmentColumns<kChunk> moved;
+  for (size_t r = 0; r * kRun < chunk.count; ++r)
+    if (const size_t at = r * kRun; bits.run(r) != 0)
+      scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], chunk.columns.view(at, kRun),
+                               {moved.origin[0] + at, moved.origin[1] + at, moved.origin[2] + at},
+                               {moved.direction[0] + at, moved.direction[1] + at, moved.direction[2] + at});
+  const size_t some = bits.lowest();
+  return object->trace->fan(object->traced, {{moved.origin[0][some], moved.origin[1][some], moved.origin[2][some]},
+                                             {moved.direction[0], moved.direction[1], moved.direction[2]},
+                                             chunk.count,
+                                             bits});
+}
+
 // In the object's frame where that can hold the segments.
 void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
   SampleBits in_world{};
@@ -98,8 +116,9 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
     in_world = bits;
   }
   // Those that are not trusted by themselves: they move in doubles, and their origins may come to lie a bit elsewhere.
-  const SampleBits moved = bits.without(in_world);
-  trace(asked, chunk, instance, moved.without(chunk.odd), false);
+  const SampleBits moved = bits.without(in_world), usual = moved.without(chunk.odd);
+  if (!asked.hierarchies) trace(asked, chunk, instance, usual, false);
+  else if (usual.any()) chunk.blocked |= blocked_by_object(asked.scene, chunk, instance, usual);
   trace(asked, chunk, instance, moved & chunk.odd, false);
   trace(asked, chunk, instance, in_world, true);
 }
