@@ -18,6 +18,8 @@ constexpr size_t kSegments = 4096;
 constexpr double kLookUpSteps = 0.65;
 // What saves less is left as it would be without look-ups.
 constexpr double kWorthwhile = 0.97;
+// A node of a bundle serves many of its segments, and a look-up in an instance costs more.
+constexpr double kLookUpStepsTogether = 1.3;
 
 // The nodes and leaves up to the first hit.
 class Steps {
@@ -58,15 +60,19 @@ class Steps {
   uint64_t steps_ = 0;
 };
 
-bool pays(const std::vector<AskedSegment>& segments, const GridFrame& frame, const TreeView& tree,
-          const HierarchyView& hierarchy) {
+struct Worth {
+  bool alone = false, together = false;
+};
+Worth worth_of(const std::vector<AskedSegment>& segments, const GridFrame& frame, const TreeView& tree,
+               const HierarchyView& hierarchy) {
   double all = 0, left = 0, weights = 0;
   for (const auto& [segment, weight] : segments) {
     const double steps = weight * static_cast<double>(Steps(hierarchy, segment).count());
     all += steps, weights += weight;
     if (classify(frame, tree, tree.shape, segment) == Visibility::unclassified) left += steps;
   }
-  return left + kLookUpSteps * weights <= kWorthwhile * all;
+  if (weights == 0) return {};
+  return {left + kLookUpSteps * weights <= kWorthwhile * all, left + kLookUpStepsTogether * weights <= all};
 }
 
 // Lines from all around, and segments of the same directions from points of the box.
@@ -102,10 +108,12 @@ uint16_t look_up_worth(const PreparedMesh& mesh, const ObjectRecord& record, con
   std::vector<AskedSegment> outside, inside;
   if (asked.empty()) add_any(mesh, outside, inside);
   else add_asked(asked, frame, outside, inside);
-  const auto flag = [&](uint16_t bit, const std::vector<AskedSegment>& segments) {
-    return !segments.empty() && pays(segments, frame, trusted, hierarchy) ? bit : uint16_t{0};
-  };
-  return static_cast<uint16_t>(flag(kLookUpFromOutside, outside) | flag(kLookUpFromInside, inside));
+  const Worth from_outside = worth_of(outside, frame, trusted, hierarchy),
+              from_inside = worth_of(inside, frame, trusted, hierarchy);
+  return static_cast<uint16_t>((from_outside.alone ? kLookUpFromOutside : 0) |
+                               (from_inside.alone ? kLookUpFromInside : 0) |
+                               (from_outside.together ? kLookUpTogetherFromOutside : 0) |
+                               (from_inside.together ? kLookUpTogetherFromInside : 0));
 }
 
 }  // namespace vcd::baker

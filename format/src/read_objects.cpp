@@ -101,7 +101,8 @@ bool check_object(Reading& reading, uint32_t index, uint64_t& names_end) {
   if (!check_name(reading, index, at, names_end)) return false;
   if (r.depth < kMinDepth || r.depth > kMaxDepth) return report(FindingId::object_depth, offsetof(ObjectRecord, depth));
   if (!method_is_known(r)) return report(FindingId::object_method, offsetof(ObjectRecord, method));
-  const uint16_t unknown_flags[] = {static_cast<uint16_t>(r.flags & ~kKnownObjectFlags)};
+  const uint16_t known = known_object_flags(reading.contents.header->version_minor);
+  const uint16_t unknown_flags[] = {static_cast<uint16_t>(r.flags & ~known)};
   bool good = reading.check_reserved(unknown_flags, at + offsetof(ObjectRecord, flags), "flags of an object");
   good &= reading.check_reserved(r.reserved, at + offsetof(ObjectRecord, reserved), "object");
   if (!audit_is_sound(r)) good = report(FindingId::object_audit, offsetof(ObjectRecord, audit_lines));

@@ -158,12 +158,12 @@ void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blo
 
 void Object::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
   assert(fits(bundle, blocked));
-  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_first[static_cast<size_t>(from)],
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_together[static_cast<size_t>(from)],
                   [&](const QuadBundle& part, auto b, auto u) { classify(part, b, u); });
 }
 void Object::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
   assert(fits(bundle, blocked));
-  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_first[static_cast<size_t>(from)],
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_together[static_cast<size_t>(from)],
                   [&](const SphereBundle& part, auto b, auto u) { classify(part, b, u); });
 }
 // There is no light whose lines could be looked up together.

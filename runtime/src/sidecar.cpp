@@ -47,10 +47,18 @@ constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
     [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
 
-bool looks_up_first(const ObjectRecord& record, From from, LookUpFirst how) {
-  if (from == From::self || how == LookUpFirst::never) return false;
-  if (how == LookUpFirst::always) return true;
-  return (record.flags & (from == From::outside ? kLookUpFromOutside : kLookUpFromInside)) != 0;
+// Sets look_up_first and look_up_together.
+void decide_look_ups(ObjectData& data, LookUpFirst how, bool are_flags_told_apart) {
+  const uint16_t flags = data.record->flags;
+  for (const From from : {From::outside, From::inside}) {
+    const uint16_t alone = from == From::outside ? kLookUpFromOutside : kLookUpFromInside,
+                   together = from == From::outside ? kLookUpTogetherFromOutside : kLookUpTogetherFromInside;
+    const auto looks_up = [&](uint16_t flag) {
+      return data.kernels && (how == LookUpFirst::always || (how == LookUpFirst::as_baked && (flags & flag) != 0));
+    };
+    data.look_up_first[static_cast<size_t>(from)] = looks_up(alone);
+    data.look_up_together[static_cast<size_t>(from)] = looks_up(are_flags_told_apart ? together : alone);
+  }
 }
 
 }  // namespace
@@ -87,9 +95,7 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
       data.kernels = &kernels_for(data.tree, *chosen);
     }
     if (options.proven_only) data.tree.answers = answer_table(Trust::proofs, classes_in(record));
-    for (const From from : {From::outside, From::inside, From::self})
-      data.look_up_first[static_cast<size_t>(from)] =
-          data.kernels != nullptr && looks_up_first(record, from, options.look_up);
+    decide_look_ups(data, options.look_up, state->contents.header->version_minor > 0);
     state->objects.push_back(data);
   }
   return Sidecar(std::move(state));

@@ -261,14 +261,17 @@ TEST(Hierarchy, TakesItsBytesOfTheBudgetOrIsLeftOut) {
   EXPECT_TRUE(without->to_write().hierarchy.empty());
 }
 
-// A look-up answers most lines through a sphere, and hardly any through thin leaves whose cells are coarse.
+// A look-up answers most lines through a sphere, some through a few leaves, and hardly any through many whose cells are
+// coarse.
 TEST(Hierarchy, SaysWhereLookUpsBeforeItPay) {
   const auto flags_of = [](const SourceMesh& source, bool with_hierarchy) {
     BakeOptions options = proven(with_hierarchy ? 3 : 2);
     options.hierarchy = with_hierarchy;
     return must_bake(source, options).record.flags;
   };
-  EXPECT_EQ(flags_of(sphere(60, 120), true) & kLookUpFromOutside, kLookUpFromOutside);
+  constexpr uint16_t kBoth = kLookUpFromOutside | kLookUpTogetherFromOutside;
+  EXPECT_EQ(flags_of(sphere(60, 120), true) & kBoth, kBoth);
+  EXPECT_EQ(flags_of(leaves(20), true), kLookUpFromOutside | kLookUpFromInside);
   EXPECT_EQ(flags_of(leaves(40), true), 0);
   EXPECT_EQ(flags_of(sphere(), false), 0);
 }

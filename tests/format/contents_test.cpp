@@ -419,8 +419,8 @@ TEST_F(Contents, TheRecordIsHeldToItsRules) {
               set_method(r, Method::hybrid), r.cells[0] -= r.statistical_cells = ~uint64_t{0};
             }),
             "object-counts");
-  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = 8; }), "reserved-not-zero");
-  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = kKnownObjectFlags; }), "");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = 32; }), "reserved-not-zero");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = known_object_flags(kVersionMinor); }), "");
   for (double shift : {double{kInfinity}, double{kNan}})
     EXPECT_EQ(first_finding([&](ObjectRecord& r) { r.shift[2] = shift; }), "object-shift");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.shift[0] = -4e6, r.shift[2] = 1e300; }), "");

@@ -1,10 +1,12 @@
 // occluded() without a fallback, of objects and scenes, in C++ and C: exact, whether look-ups come first or not.
+#include <cstring>
 #include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
 
 #include <vcd/baker/audit.h>
+#include <vcd/format/checksum.h>
 #include <vcd/format/meets.h>
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
@@ -57,6 +59,76 @@ TEST(Occluded, IsExactWhetherItLooksUpOrNot) {
           }
         }
       }
+  }
+}
+
+// What samples do not see: look-ups say that lines through the needle are clear.
+SourceMesh needle() {
+  return {"needle",
+          0,
+          {{0, 0, 0},
+           {0.1f, 0, 0},
+           {0, 0.1f, 0},
+           {1, 1, 1},
+           {0.9f, 1, 1},
+           {1, 0.9f, 1},
+           {0.5f, 0.5f, 0},
+           {0.5002f, 0.5f, 0},
+           {0.5f, 0.5f, 1}},
+          {{0, 1, 2}, {3, 4, 5}, {6, 7, 8}}};
+}
+
+struct HowAsked {
+  bool alone, together, in_scene;
+  bool operator==(const HowAsked&) const = default;
+};
+// Whether the needle is overlooked: whether cells are looked up first.
+HowAsked overlooked(const std::vector<std::byte>& bytes, From from) {
+  OpenOptions options;
+  options.check = CheckLevel::bounds;
+  const Sidecar sidecar = std::move(*Sidecar::open_buffer(bytes, options));
+  const Object object = sidecar.object(0);
+  const Scene scene =
+      std::move(*Scene::build(std::vector{SceneInstance::of(object, {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}})}));
+  const float y = from == From::outside ? -1.0f : 0.25f;
+  const Segment segment{{0.50003f, y, 0.25f}, 0, {0, 2, 0}, 1};
+  const std::vector<float> zeros(20);
+  const QuadBundle bundle{{0.50003f, y, 0.25f}, {0.50003f, y + 2, 0.25f}, {1e-6f, 0, 0}, {0, 0, 1e-6f}, zeros, zeros};
+  EXPECT_EQ(object.classify(segment), Visibility::clear);
+  uint64_t one = 0, many = 0, many_in_scene = 0;
+  object.occluded(std::span(&segment, 1), {&one, 1}, from);
+  object.occluded(bundle, {&many, 1}, from);
+  scene.occluded(bundle, {&many_in_scene, 1}, {});
+  EXPECT_EQ(one != 0, object.occluded(segment, from));
+  EXPECT_EQ(many_in_scene != 0, scene.occluded(segment, {}));
+  return {one == 0, many == 0, many_in_scene == 0};
+}
+
+TEST(Occluded, LooksUpWhereTheFlagsSaySo) {
+  BakeOptions options;
+  options.method = Method::sampled, options.depth = 3, options.samples = 16;
+  BakedObject object = must_bake(needle(), options);
+  for (uint16_t flags = 0; flags <= 30; flags += 2) {
+    object.record.flags = flags;
+    std::vector<std::byte> bytes = sidecar_bytes({&object});
+    const auto has = [&](uint16_t flag) { return (flags & flag) != 0; };
+    const bool outside = has(kLookUpTogetherFromOutside);
+    EXPECT_EQ(overlooked(bytes, From::outside), (HowAsked{has(kLookUpFromOutside), outside, outside}));
+    // A scene has one rule, for segments from outside.
+    EXPECT_EQ(overlooked(bytes, From::inside),
+              (HowAsked{has(kLookUpFromInside), has(kLookUpTogetherFromInside), outside}));
+    if (flags > 6) continue;
+    // As a writer of format 1.0 would have it.
+    FileHeader header;
+    std::memcpy(&header, bytes.data(), sizeof header);
+    header.version_minor = 0;
+    header.header_xxh3 =
+        checksum(Bytes(reinterpret_cast<const std::byte*>(&header), offsetof(FileHeader, header_xxh3)));
+    std::memcpy(bytes.data(), &header, sizeof header);
+    EXPECT_EQ(overlooked(bytes, From::outside),
+              (HowAsked{has(kLookUpFromOutside), has(kLookUpFromOutside), has(kLookUpFromOutside)}));
+    EXPECT_EQ(overlooked(bytes, From::inside),
+              (HowAsked{has(kLookUpFromInside), has(kLookUpFromInside), has(kLookUpFromOutside)}));
   }
 }
 

@@ -88,7 +88,9 @@ Json describe_object(const ObjectContents& object) {
   json["shift"] = r.shift;
   json["parts_left_out"] = (r.flags & kPartsLeftOut) != 0;
   json["look_up_first"] = {{"from_outside", (r.flags & kLookUpFromOutside) != 0},
-                           {"from_inside", (r.flags & kLookUpFromInside) != 0}};
+                           {"from_inside", (r.flags & kLookUpFromInside) != 0},
+                           {"together_from_outside", (r.flags & kLookUpTogetherFromOutside) != 0},
+                           {"together_from_inside", (r.flags & kLookUpTogetherFromInside) != 0}};
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
@@ -222,13 +224,16 @@ std::string hierarchy_summary(const ObjectRecord& r, const HierarchyView& hierar
   std::snprintf(line, sizeof line, "  hierarchy %s, %.1f bytes a triangle: %u nodes, %u leaves, %u levels\n",
                 readable_bytes(hierarchy.bytes().size()).c_str(), bytes_a_triangle(hierarchy), h.node_count,
                 h.leaf_count, h.levels);
-  const bool outside = (r.flags & kLookUpFromOutside) != 0, inside = (r.flags & kLookUpFromInside) != 0;
-  const char* const first = outside && inside ? "from outside the box, and from inside"
-                            : outside         ? "from outside the box"
-                            : inside          ? "from inside the box"
-                                              : nullptr;
-  return line + (first ? std::string("            look-ups before it save time for segments ") + first + "\n"
-                       : std::string("            look-ups before it save no time\n"));
+  const auto first = [&](uint16_t from_outside, uint16_t from_inside) {
+    const bool outside = (r.flags & from_outside) != 0, inside = (r.flags & from_inside) != 0;
+    return outside && inside ? "from outside the box, and from inside"
+           : outside         ? "from outside the box"
+           : inside          ? "from inside the box"
+                             : "nowhere";
+  };
+  return line + std::string("            look-ups before it save time for single segments ") +
+         first(kLookUpFromOutside, kLookUpFromInside) + ", for bundles and in scenes " +
+         first(kLookUpTogetherFromOutside, kLookUpTogetherFromInside) + "\n";
 }
 
 std::string horizon_summary(const HorizonView& horizon) {

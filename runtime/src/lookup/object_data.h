@@ -24,7 +24,8 @@ struct ObjectData {
   const TraceKernels* trace;
   Horizons horizons;  // those of that hierarchy, if it has them
   const HorizonKernels* horizon;
-  bool look_up_first[3];  // by From: whether to look up before the hierarchy is asked
+  // By From: whether to look up before the hierarchy is asked, segments by themselves, and together.
+  bool look_up_first[3], look_up_together[3];
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
 };

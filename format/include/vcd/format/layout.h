@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little,
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
 inline constexpr uint16_t kVersionMajor = 1;                            // the only one that is read
-inline constexpr uint16_t kVersionMinor = 0;
+inline constexpr uint16_t kVersionMinor = 1;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;
@@ -104,9 +104,14 @@ enum class Method : uint8_t {
 // ObjectRecord::flags. The other bits are zero.
 inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are not in the object: see the provenance
 // Where a HIER section holds the object's triangles: look-ups before it save time for segments from outside the box, or
-// from inside.
+// from inside. By themselves; and together, as bundles, or where the object is an instance of a scene: since format
+// 1.1. In a file of 1.0 the first two say it of both.
 inline constexpr uint16_t kLookUpFromOutside = 2, kLookUpFromInside = 4;
-inline constexpr uint16_t kKnownObjectFlags = kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside;
+inline constexpr uint16_t kLookUpTogetherFromOutside = 8, kLookUpTogetherFromInside = 16;
+constexpr uint16_t known_object_flags(uint16_t version_minor) {
+  return kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside |
+         (version_minor > 0 ? kLookUpTogetherFromOutside | kLookUpTogetherFromInside : 0);
+}
 
 inline constexpr uint32_t kMostBlockLevels = 3;
 
@@ -116,7 +121,7 @@ struct ObjectRecord {
   uint32_t source_index;  // of the mesh in its source file
   uint8_t depth;          // 1 … 8
   uint8_t method;         // Method
-  uint16_t flags;         // kPartsLeftOut, kLookUpFromOutside, kLookUpFromInside
+  uint16_t flags;         // known_object_flags()
   float box_min[3];       // the padded box, object frame
   float box_max[3];
   std::array<uint8_t, 16> geometry_hash;  // canonical XXH3-128 of the welded mesh, most significant byte first
