@@ -19,7 +19,7 @@ constexpr double kLookUpSteps = 0.65;
 // What saves less is left as it would be without look-ups.
 constexpr double kWorthwhile = 0.97;
 // A node of a bundle serves many of its segments, and a look-up in an instance costs more.
-constexpr double kLookUpStepsTogether = 1.3;
+constexpr double kLookUpStepsTogether = 2 * kLookUpSteps;
 
 // The nodes and leaves up to the first hit.
 class Steps {

@@ -719,6 +719,17 @@ TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
   EXPECT_TRUE(findings.empty()) << describe(findings[0]);
 }
 
+TEST_F(Contents, FlagsOf1_1AreReservedIn1_0) {
+  for (const uint16_t minor : {0, 1})
+    for (const uint16_t flag : {kLookUpTogetherFromOutside, kLookUpTogetherFromInside}) {
+      Sidecar file{*small_};
+      file.header().version_minor = minor;
+      file.object().flags = flag;
+      file.seal();
+      EXPECT_EQ(found(findings_of(file.bytes), FindingId::reserved_not_zero), minor == 0);
+    }
+}
+
 // Each level finds what it promises, with those before it silent: damaged cells, and damage that somebody sealed.
 TEST_F(Contents, EachLevelFindsMoreThanTheOneBefore) {
   const auto first_to_find = [&](const std::function<void(Sidecar&)>& damage) -> std::optional<CheckLevel> {

@@ -280,7 +280,7 @@ class InBrowser(PageCase):
         page = self.page(self.bake("--horizons", method="hybrid")[1])
         self.open(page)
         self.check_pictures(page)
-        self.assertEqual([u for u in self.browser.requests() if not u.startswith(("data:", "blob:", "chrome:"))], [page.as_uri()])  # chrome: the tab that was there before
+        self.assertEqual([u for u in self.browser.requests() if not u.startswith(("data:", "blob:"))], [page.as_uri()])
         share, colours = self.drawn()
         self.assertTrue(0.1 < share < 0.6, share)
         for mode in ("why", "horizons"):

@@ -68,9 +68,10 @@ class Browser:
         return self.ask("return getComputedStyle(document.querySelector(arguments[0]))[arguments[1]]", selector, name)
 
     def requests(self):
-        """Every address that was asked for since the last call."""
+        """Every address that pages from files asked for since the last call; the browser's own first tab asks too."""
         messages = [json.loads(entry["message"])["message"] for entry in self.driver.get_log("performance")]
-        return [m["params"]["request"]["url"] for m in messages if m["method"] == "Network.requestWillBeSent"]
+        return [m["params"]["request"]["url"] for m in messages
+                if m["method"] == "Network.requestWillBeSent" and m["params"]["documentURL"].startswith("file:")]
 
     def complaints(self):
         return self.driver.get_log("browser")

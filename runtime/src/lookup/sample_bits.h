@@ -89,13 +89,7 @@ class BitSet {
 
    private:
     void skip() {
-      if constexpr (kWords == 2) {  // without a branch that is hard to predict
-        const bool is_next = left_ == 0 && word_ == 0;
-        left_ |= bits_.words_[1] & (0 - uint64_t{is_next});
-        word_ |= size_t{is_next};
-      } else {
-        while (left_ == 0 && ++word_ < kWords) left_ = bits_.words_[word_];
-      }
+      while (left_ == 0 && ++word_ < kWords) left_ = bits_.words_[word_];
     }
     const BitSet& bits_;
     size_t word_ = 0;

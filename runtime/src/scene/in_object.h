@@ -12,6 +12,13 @@
 
 namespace vcd {
 
+// The object of an instance that is to be traced.
+inline const ObjectData& traced_object(const SceneData& scene, uint32_t instance) noexcept {
+  const ObjectData* const object = scene.sidecars[instance];
+  if (!object || !object->traced.view) fail_without_hierarchy();
+  return *object;
+}
+
 // A segment in the frame of an instance's object; nothing where that frame cannot hold it.
 inline std::optional<Segment> in_object(const SceneData& scene, uint32_t instance, const Segment& segment) noexcept {
   const ToGrid& grid = scene.to_grid[instance];

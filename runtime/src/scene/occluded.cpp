@@ -91,8 +91,7 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
 // Segments of a bundle that are trusted, by the object's own hierarchy.
 SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
   const SceneData& data = scene.data;
-  const ObjectData* const object = data.sidecars[instance];
-  if (!object || !object->traced.view) fail_without_hierarchy();
+  const ObjectData& object = traced_object(data, instance);
   SegmentColumns<kChunk> moved;
   for (size_t r = 0; r * kRun < chunk.count; ++r)
     if (const size_t at = r * kRun; bits.run(r) != 0)
@@ -100,10 +99,10 @@ SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint
                                {moved.origin[0] + at, moved.origin[1] + at, moved.origin[2] + at},
                                {moved.direction[0] + at, moved.direction[1] + at, moved.direction[2] + at});
   const size_t some = bits.lowest();
-  return object->trace->fan(object->traced, {{moved.origin[0][some], moved.origin[1][some], moved.origin[2][some]},
-                                             {moved.direction[0], moved.direction[1], moved.direction[2]},
-                                             chunk.count,
-                                             bits});
+  return object.trace->fan(object.traced, {{moved.origin[0][some], moved.origin[1][some], moved.origin[2][some]},
+                                           {moved.direction[0], moved.direction[1], moved.direction[2]},
+                                           chunk.count,
+                                           bits});
 }
 
 // In the object's frame where that can hold the segments.
@@ -314,19 +313,18 @@ class HierarchyTrace {
   explicit HierarchyTrace(const SceneData& scene) : scene_(scene) {}
 
   void operator()(const UnclassifiedSegments& left) const {
-    const ObjectData* const object = scene_.sidecars[left.instance];
-    if (!object || !object->traced.view) fail_without_hierarchy();
+    const ObjectData& object = traced_object(scene_, left.instance);
     const SegmentArrays& s = left.segments;
     const SampleBits all = SampleBits::first(s.count);
     SampleBits blocked{};
     if (left.in_world) {
       for (size_t i : all)
-        blocked.set(i, blocks_in_world(object->traced.view, scene_.to_world[left.instance], segment_at(s, i)));
+        blocked.set(i, blocks_in_world(object.traced.view, scene_.to_world[left.instance], segment_at(s, i)));
     } else {
-      blocked = object->trace->fan(object->traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
-                                                    {s.direction[0], s.direction[1], s.direction[2]},
-                                                    s.count,
-                                                    all});
+      blocked = object.trace->fan(object.traced, {{s.origin[0][0], s.origin[1][0], s.origin[2][0]},
+                                                  {s.direction[0], s.direction[1], s.direction[2]},
+                                                  s.count,
+                                                  all});
     }
     for (size_t i : blocked) left.blocked[i] = 1;
   }

@@ -30,11 +30,10 @@ struct Entered {
 // first. Horizons are asked first of the instance that it begins on.
 inline Entered enter(const SceneData& scene, uint32_t instance, const Segment& segment, const Begin& begin,
                      bool look_up, Segment& moved) {
-  const ObjectData* const object = scene.sidecars[instance];
-  if (!object || !object->traced.view) fail_without_hierarchy();
+  const ObjectData& object = traced_object(scene, instance);
   const std::optional<Segment> in = in_object(scene, instance, segment);
-  if (!in) return {nullptr, blocks_in_world(object->traced.view, scene.to_world[instance], segment)};
-  if (instance == begin.instance && is_clear(object->horizons, *in, begin.primitive)) return {nullptr, false};
+  if (!in) return {nullptr, blocks_in_world(object.traced.view, scene.to_world[instance], segment)};
+  if (instance == begin.instance && is_clear(object.horizons, *in, begin.primitive)) return {nullptr, false};
   if (look_up && scene.objects[instance].tree && is_trusted(segment)) {
     const Located at = PlacedGrid{scene.to_grid[instance]}.locate_with_length(segment);
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
@@ -42,7 +41,7 @@ inline Entered enter(const SceneData& scene, uint32_t instance, const Segment& s
     if (answer != Visibility::unclassified) return {nullptr, answer == Visibility::blocked};
   }
   moved = *in;
-  return {&object->traced, false};
+  return {&object.traced, false};
 }
 
 // The instances that a segment may meet, one after another: its own comes first and is not looked up.
