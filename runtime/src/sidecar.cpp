@@ -14,6 +14,7 @@
 
 #include "beam/beam.h"
 #include "hierarchy/fan.h"
+#include "lookup/grids.h"
 #include "lookup/object_data.h"
 #include "lookup/sample_bits.h"
 
@@ -33,14 +34,27 @@ template <uint32_t kDepth>
 Visibility classify_at(const GridFrame& frame, const TreeView& tree, const Segment& segment) noexcept {
   return classify(frame, tree, tree_shape(kDepth), segment);
 }
+template <uint32_t kDepth>
+Visibility classify_placed_at(const TreeView& tree, const PlacedSegment& placed) noexcept {
+  const LineCell line = located(placed).line;
+  const float t_min = placed.in_grid.t_min, t_max = placed.in_grid.t_max;
+  const Place place = place_of(line, t_min, t_max);
+  return look_up(tree, tree_shape(kDepth), widened(place, tree.clearances, line, t_min, t_max), line);
+}
+using DepthNumbers = std::make_integer_sequence<uint32_t, kMaxDepth>;
 constexpr auto kClassifyOne = []<uint32_t... kDepths>(std::integer_sequence<uint32_t, kDepths...>) {
   return std::array{&classify_at<kDepths + 1>...};
 }
-(std::make_integer_sequence<uint32_t, kMaxDepth>());
+(DepthNumbers());
+constexpr auto kClassifyPlaced = []<uint32_t... kDepths>(std::integer_sequence<uint32_t, kDepths...>) {
+  return std::array{&classify_placed_at<kDepths + 1>...};
+}
+(DepthNumbers());
 
 Visibility unclassified_one(const GridFrame&, const TreeView&, const Segment&) noexcept {
   return Visibility::unclassified;
 }
+Visibility unclassified_placed(const TreeView&, const PlacedSegment&) noexcept { return Visibility::unclassified; }
 constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
     [](const Traced&, const LookUpOne&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
@@ -84,6 +98,7 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
     data.frame = make_grid_frame(record.box_min, record.box_max);
     data.tree = object.tree;
     data.classify_one = unclassified_one;
+    data.classify_placed = unclassified_placed;
     data.record = &record, data.name = object.name;
     data.traced = traced(object.hierarchy);
     data.trace = object.hierarchy ? &chosen->trace : &kNoHierarchy;
@@ -92,6 +107,7 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
     const auto method = static_cast<Method>(record.method);
     if (method != Method::none && !(options.proven_only && method == Method::sampled)) {
       data.classify_one = kClassifyOne[record.depth - 1u];
+      data.classify_placed = kClassifyPlaced[record.depth - 1u];
       data.kernels = &kernels_for(data.tree, *chosen);
     }
     if (options.proven_only) data.tree.answers = answer_table(Trust::proofs, classes_in(record));

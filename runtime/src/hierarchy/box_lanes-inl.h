@@ -24,15 +24,14 @@ HWY_INLINE Truth passes_by(const ReachBox& box, const Lanes& lanes) {
   for (int a = 0; a < 3; ++a) size[a] = hn::Abs(lanes.direction[a]), at[a] = hn::Abs(lanes.origin[a]);
   const Floats length = hn::Max(size[0], hn::Max(size[1], size[2]));
   const Floats farthest = hn::Max(at[0], hn::Max(at[1], at[2]));
-  const Floats inverse_length = hn::Div(all(1.0f), length);
   const Floats room = all(0x1p-16f * box.reach);
   Floats enter = hn::Mul(lanes.t_min, length), leave = hn::Mul(lanes.t_max, length);
   Truth known = hn::And(hn::Le(length, all(0x1p60f)), hn::Ge(length, all(0x1p-60f)));
   known = hn::And(known, hn::Le(farthest, all(8 * box.reach)));
   for (int a = 0; a < 3; ++a) {
     known = hn::And(known, hn::And(hn::Eq(lanes.origin[a], lanes.origin[a]), hn::Eq(size[a], size[a])));  // no NaN
-    const Floats component = hn::Max(hn::Mul(size[a], inverse_length), all(0x1p-40f));
-    const Floats steep = hn::Div(all(1.0f), component), reciprocal = hn::CopySign(steep, lanes.direction[a]);
+    const Floats steep = hn::Div(length, hn::Max(size[a], hn::Mul(length, all(0x1p-40f)))),
+                 reciprocal = hn::CopySign(steep, lanes.direction[a]);
     const Floats low = hn::Mul(hn::Sub(all(box.min[a]), lanes.origin[a]), reciprocal),
                  high = hn::Mul(hn::Sub(all(box.max[a]), lanes.origin[a]), reciprocal);
     enter = hn::Max(enter, hn::Sub(hn::Min(low, high), hn::Mul(room, steep)));

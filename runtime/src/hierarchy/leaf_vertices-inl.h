@@ -7,9 +7,10 @@
 #endif
 
 #include <array>
-#include <cstring>
 
 #include <vcd/format/hierarchy.h>
+
+#include "lookup/mask_bits-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd {
@@ -19,38 +20,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 using FloatTag = hn::CappedTag<float, kNodeWidth>;
 using IndexTag = hn::RebindToSigned<FloatTag>;
 inline constexpr size_t kFloatLanes = HWY_LANES(float) < kNodeWidth ? HWY_LANES(float) : kNodeWidth;
-
-template <class D, class M>
-HWY_INLINE uint32_t lane_bits(D d, M mask) {
-#if HWY_TARGET <= HWY_AVX3
-  (void)d;
-  return static_cast<uint32_t>(mask.raw);
-#elif HWY_TARGET <= HWY_AVX2
-  (void)d;
-  return static_cast<uint32_t>(_mm256_movemask_ps(mask.raw));
-#else
-  uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  return bits[0];
-#endif
-}
-
-template <class D, class M>
-HWY_INLINE uint64_t byte_bits(D d, M mask) {
-#if HWY_TARGET <= HWY_AVX3
-  (void)d;
-  return static_cast<uint64_t>(mask.raw);
-#elif HWY_TARGET <= HWY_AVX2
-  (void)d;
-  return static_cast<uint32_t>(_mm256_movemask_epi8(mask.raw));
-#else
-  uint8_t bits[8] = {};
-  hn::StoreMaskBits(d, mask, bits);
-  uint64_t word;
-  std::memcpy(&word, bits, sizeof word);
-  return word;
-#endif
-}
 
 // Corners of as many triangles as there are lanes.
 HWY_INLINE hn::Vec<IndexTag> corner_indices(const uint8_t* corners) {

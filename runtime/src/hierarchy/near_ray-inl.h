@@ -36,13 +36,13 @@ HWY_INLINE Nearness make_near_ray(const Traced& object, const Segment& segment, 
     origin = hn::IfThenElseZero(three, hn::LoadU(d, nearest.origin));
     if (!hn::AllTrue(d, hn::Le(hn::Abs(origin), hn::Set(d, 8 * reach)))) return Nearness::misses;
   }
-  const auto one = hn::Set(d, 1.0f);
-  auto direction = hn::Mul(given, hn::Set(d, 1 / length));
-  const auto sign = hn::And(direction, hn::Set(d, -0.0f));  // Clang 14 loses CopySign() of a constant
-  direction = hn::Or(hn::Max(hn::Abs(direction), hn::Set(d, 0x1p-40f)), sign);
+  // The two divisions do not wait for one another.
   const auto longest = hn::Ge(size, hn::Set(d, length));
-  direction = hn::IfThenElse(longest, hn::Or(one, sign), direction);
-  const auto reciprocal = hn::Div(one, direction), steep = hn::Abs(reciprocal);
+  const auto sign = hn::And(given, hn::Set(d, -0.0f));  // Clang 14 loses CopySign() of a constant
+  const auto steep = hn::Div(hn::Set(d, length), hn::Max(size, hn::Set(d, 0x1p-40f * length)));
+  const auto shallow = hn::Max(hn::Mul(size, hn::Set(d, 1 / length)), hn::Set(d, 0x1p-40f));
+  const auto direction = hn::Or(hn::IfThenElse(longest, hn::Set(d, 1.0f), shallow), sign),
+             reciprocal = hn::Or(steep, sign);
 
   const float scale = reach + hn::GetLane(hn::MaxOfLanes(d, hn::Abs(origin))), outside = 4 * scale;  // S
   ray.first = std::max((segment.t_min - base) * length, -outside);

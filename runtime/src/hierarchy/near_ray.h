@@ -22,7 +22,7 @@ namespace vcd {
 //   - Leaves: see `Leaf errors` in trace-inl.h.
 struct alignas(64) NearRay {
   float origin[4], direction[4];  // and a fourth lane that says nothing
-  float reciprocal[4], enter[4];  // 1 / direction; origin · reciprocal plus δ · |reciprocal|
+  float reciprocal[4], enter[4];  // of the direction before it was rounded; origin · reciprocal plus δ · |reciprocal|
   float leave[4];                 // and minus
   uint32_t near_plane[4];         // in a node, in floats: of the sides that the ray enters by
   float s_begin, s_end;           // the segment in the object's box, grown by more than δ

@@ -43,9 +43,12 @@ HWY_INLINE InGrid in_grid(const ToGrid& grid, const Lanes& world) {
   return in;
 }
 
-// A segment by itself: its origin, and in place of t_min and t_max what the fixed and the moving part of rounding grow
-// with but for the origin's distance in the grid.
-HWY_INLINE void in_grid(const ToGrid& grid, const Segment& world, Segment& into) {
+// A segment by itself, by placed(): its origin and its direction, and in their fourth lanes what the fixed and the
+// moving part of rounding grow with.
+struct PlacedParts {
+  hn::Vec<hn::FixedTag<float, 4>> origin, direction;
+};
+HWY_INLINE PlacedParts placed_parts(const ToGrid& grid, const Segment& world) {
   const hn::FixedTag<float, 4> four;
   const hn::RebindToUnsigned<decltype(four)> words;
   HWY_ALIGN constexpr uint32_t kBut[4] = {~0u, ~0u, ~0u, 0x7FFFFFFFu};  // the fourth without its sign
@@ -55,12 +58,10 @@ HWY_INLINE void in_grid(const ToGrid& grid, const Segment& world, Segment& into)
   const auto c0 = hn::Load(four, grid.column[0]), c1 = hn::Load(four, grid.column[1]),
              c2 = hn::Load(four, grid.column[2]);
   const auto times = [&](auto column, auto x) HWY_ATTR { return hn::Mul(column, hn::And(x, but)); };
-  hn::StoreU(hn::Add(hn::Add(times(c0, hn::Broadcast<0>(o)), times(c1, hn::Broadcast<1>(o))),
-                     hn::Add(times(c2, hn::Broadcast<2>(o)), hn::Load(four, grid.offset))),
-             four, into.origin);
-  hn::StoreU(
-      hn::Add(hn::Add(times(c0, hn::Broadcast<0>(d)), times(c1, hn::Broadcast<1>(d))), times(c2, hn::Broadcast<2>(d))),
-      four, into.direction);
+  return {
+      hn::Add(hn::Add(times(c0, hn::Broadcast<0>(o)), times(c1, hn::Broadcast<1>(o))),
+              hn::Add(times(c2, hn::Broadcast<2>(o)), hn::Load(four, grid.offset))),
+      hn::Add(hn::Add(times(c0, hn::Broadcast<0>(d)), times(c1, hn::Broadcast<1>(d))), times(c2, hn::Broadcast<2>(d)))};
 }
 
 // Valid are those that the guard band covers.

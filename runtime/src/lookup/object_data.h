@@ -10,6 +10,7 @@
 #include "hierarchy/traced.h"
 #include "horizon/above.h"
 #include "lookup/kernels.h"
+#include "lookup/to_grid.h"
 
 namespace vcd {
 
@@ -17,6 +18,7 @@ struct ObjectData {
   GridFrame frame;
   TreeView tree;
   Visibility (*classify_one)(const GridFrame&, const TreeView&, const Segment&) noexcept;
+  Visibility (*classify_placed)(const TreeView&, const PlacedSegment&) noexcept;  // of an instance
   const Kernels* kernels;  // null: every segment is unclassified, whatever the tree says
   const ObjectRecord* record;
   std::string_view name;

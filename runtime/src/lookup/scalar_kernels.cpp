@@ -76,7 +76,7 @@ void measure(BundleChunk& chunk) noexcept {
 void to_object(const ToGrid& grid, const ToFrame& frame, const SegmentArrays& world, float* const (&origin)[3],
                float* const (&direction)[3]) noexcept {
   for (size_t i = 0; i < world.count; ++i) {
-    const Segment s = in_frame(frame, in_grid(grid, segment_at(world, i)));
+    const Segment s = in_frame(frame, placed(grid, segment_at(world, i)).in_grid);
     for (int a = 0; a < 3; ++a) origin[a][i] = s.origin[a], direction[a][i] = s.direction[a];
   }
 }
@@ -85,7 +85,7 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
                     SceneAnswers answers) noexcept {
   walk_segments(scene, segments, query, answers, boxes_met, [&](const ScenePair& pair) {
     const Segment& segment = segments[pair.segment];
-    const Located at = PlacedGrid{scene.to_grid[pair.instance]}.locate_with_length(segment);
+    const Located at = located(placed(scene.to_grid[pair.instance], segment));
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
     answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), place, at.length);
   });
@@ -96,13 +96,21 @@ bool one_looked_up(const Traced& object, const LookUpOne& look_up, const Segment
   return answer == Visibility::unclassified ? occluded_scalar(object, segment) : answer == Visibility::blocked;
 }
 
+struct ScalarScene {
+  static constexpr auto boxes_met = &vcd::boxes_met;
+  static constexpr auto trace = &occluded_scalar;
+  static bool blocks_trusted(const SceneData& scene, uint32_t instance, const Segment& segment, const Begin& begin,
+                             bool look_up) {
+    return blocks(scene, instance, segment, begin, look_up, trace);
+  }
+};
+
 bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery& query) noexcept {
-  return occluded_in_scene(scene, segment, begin_of(query, 0), query.mask, boxes_met, occluded_scalar);
+  return occluded_in_scene<ScalarScene>(scene, segment, begin_of(query, 0), query.mask);
 }
 
 SampleBits scene_array(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query) noexcept {
-  return occluded_array_in_scene(scene, segments, query, SampleBits::first(segments.size()), boxes_met,
-                                 occluded_scalar);
+  return occluded_array_in_scene<ScalarScene>(scene, segments, query, SampleBits::first(segments.size()));
 }
 
 template <uint32_t... kDepths>

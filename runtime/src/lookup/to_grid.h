@@ -31,22 +31,29 @@ inline constexpr ToGrid kNoInverse = [] {
 }();
 inline bool has_inverse(const ToGrid& grid) { return !std::isnan(grid.offset[0]); }
 
-inline Segment in_grid(const ToGrid& grid, const Segment& world) {
+// A segment of the world in an instance's grid.
+struct PlacedSegment {
+  Segment in_grid;
+  float fixed, moving;  // what rounding grows with: fixed + |t| · moving, but for the origin's norm in the grid
+};
+inline PlacedSegment placed(const ToGrid& grid, const Segment& world) {
+  const auto& c = grid.column;
   float o[3];
   for (int a = 0; a < 3; ++a) o[a] = world.origin[a] - grid.centre[a];
   const float* d = world.direction;
-  Segment segment{{}, world.t_min, {}, world.t_max};
+  PlacedSegment in{{{}, world.t_min, {}, world.t_max},
+                   (c[0][3] * std::abs(o[0]) + c[1][3] * std::abs(o[1])) + c[2][3] * std::abs(o[2]),
+                   (c[0][3] * std::abs(d[0]) + c[1][3] * std::abs(d[1])) + c[2][3] * std::abs(d[2])};
   for (int i = 0; i < 3; ++i) {
-    const auto& c = grid.column;
-    segment.origin[i] = (c[0][i] * o[0] + c[1][i] * o[1]) + (c[2][i] * o[2] + grid.offset[i]);
-    segment.direction[i] = (c[0][i] * d[0] + c[1][i] * d[1]) + c[2][i] * d[2];
+    in.in_grid.origin[i] = (c[0][i] * o[0] + c[1][i] * o[1]) + (c[2][i] * o[2] + grid.offset[i]);
+    in.in_grid.direction[i] = (c[0][i] * d[0] + c[1][i] * d[1]) + c[2][i] * d[2];
   }
-  return segment;
+  return in;
 }
 
 // From an object's grid to its frame: grid · unit + min.
-struct ToFrame {
-  float unit[3], min[3];
+struct alignas(16) ToFrame {
+  float unit[4], min[4];  // the fourth is 0
 };
 inline Segment in_frame(const ToFrame& frame, Segment grid) {
   for (int a = 0; a < 3; ++a) {

@@ -1,4 +1,4 @@
-// The hierarchy over the instances' boxes: nodes of eight boxes, and which of them a segment or a beam could meet.
+// The hierarchy over the instances' boxes: nodes of sixteen boxes, and which of them a segment or a beam could meet.
 #pragma once
 
 #include <algorithm>
@@ -8,19 +8,23 @@
 
 namespace vcd {
 
+inline constexpr size_t kBoxes = 16;
+
 // Empty places have boxes that nothing meets.
 struct SceneNode {
-  alignas(32) float low[3][8], high[3][8];
-  uint32_t child[8];  // a node, or an instance with kLeaf set
+  alignas(64) float low[3][kBoxes], high[3][kBoxes];
+  uint32_t child[kBoxes];  // a node, or an instance with kLeaf set
 };
 inline constexpr uint32_t kLeaf = 0x80000000;
-inline constexpr size_t kDeepest = 96;  // nodes that can wait: 7 a level, and levels are log8 of 2^31 at the most
+inline constexpr size_t kMostSceneLevels = 16;
 
 // A segment as the hierarchy is asked with it.
 struct SceneRay {
   float origin[3], inverse[3], t_min, t_max;
+  uint32_t first[3];  // in a node, in floats: of the sides that the segment enters by
 };
-inline constexpr float kBoxSlack = 0x1p-20f;  // of t: covers the rounding of a box test several times
+inline constexpr uint32_t kSideFloats = 3 * kBoxes;  // between a low and its high side
+inline constexpr float kBoxSlack = 0x1p-20f;         // of t: covers the rounding of a box test several times
 
 // Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t
 // · high].
@@ -35,15 +39,22 @@ inline bool meets(float near, float far) {
   return near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack;
 }
 
+// By which the segment enters and leaves, along an axis.
+inline const float* first_sides(const SceneNode& node, const SceneRay& ray, int a) {
+  return node.low[0] + ray.first[a];
+}
+inline const float* last_sides(const SceneNode& node, const SceneRay& ray, int a) {
+  return node.low[0] + (2 * static_cast<uint32_t>(a) * kBoxes + kSideFloats - ray.first[a]);
+}
+
 // A bit for each box that the segment could meet.
 inline uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
   uint32_t met = 0;
-  for (int i = 0; i < 8; ++i) {
+  for (size_t i = 0; i < kBoxes; ++i) {
     float near = ray.t_min, far = ray.t_max;
     for (int a = 0; a < 3; ++a) {
-      const bool turned = ray.inverse[a] < 0;
-      near = std::max(near, ((turned ? node.high : node.low)[a][i] - ray.origin[a]) * ray.inverse[a]);
-      far = std::min(far, ((turned ? node.low : node.high)[a][i] - ray.origin[a]) * ray.inverse[a]);
+      near = std::max(near, (first_sides(node, ray, a)[i] - ray.origin[a]) * ray.inverse[a]);
+      far = std::min(far, (last_sides(node, ray, a)[i] - ray.origin[a]) * ray.inverse[a]);
     }
     met |= uint32_t{meets(near, far)} << i;
   }
@@ -53,7 +64,7 @@ inline uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
 // A bit for each box that the beam could meet.
 inline uint32_t boxes_in_beam(const SceneNode& node, const SceneBeam& beam) noexcept {
   uint32_t met = 0;
-  for (int i = 0; i < 8; ++i) {
+  for (size_t i = 0; i < kBoxes; ++i) {
     float near = 0, far = beam.t_max;
     for (int a = 0; a < 3; ++a) {
       const float low = (node.high[a][i] - beam.origin_low[a]) * beam.inverse_low[a];

@@ -2,67 +2,158 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 namespace vcd {
 namespace {
+
+constexpr size_t kBins = 16;
+// From this level on parts are halved by number: sixteen to the power of the rest is more than there are instances.
+constexpr size_t kHalvedFrom = kMostSceneLevels - 8;
+
+struct Bounds {
+  float low[3], high[3];
+
+  Bounds() {
+    std::fill_n(low, 3, std::numeric_limits<float>::infinity());
+    std::fill_n(high, 3, -std::numeric_limits<float>::infinity());
+  }
+  template <class Box>  // with low and high
+  void add(const Box& box) {
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], box.low[a]), high[a] = std::max(high[a], box.high[a]);
+  }
+  // Half the surface: 0 of an empty box, infinite or no number where the box is infinite.
+  double area() const {
+    double e[3];
+    for (int a = 0; a < 3; ++a) e[a] = std::max(0.0, double{high[a]} - low[a]);
+    return e[0] * e[1] + e[1] * e[2] + e[2] * e[0];
+  }
+};
 
 class Builder {
  public:
   Builder(std::span<const Placed> placed, std::vector<SceneNode>& nodes) : placed_(placed), nodes_(nodes) {}
 
   void build() {
-    std::vector<uint32_t> order(placed_.size());
-    std::iota(order.begin(), order.end(), 0u);
+    std::vector<uint32_t> all(placed_.size());
+    std::iota(all.begin(), all.end(), 0u);
     nodes_.clear();
-    if (!order.empty()) add(order);
+    if (!all.empty()) add(all, 0);
   }
 
  private:
-  uint32_t add(std::span<uint32_t> order) {
+  using Instances = std::span<uint32_t>;
+  struct Part {
+    Instances instances;
+    Bounds box;
+  };
+  struct Bin {
+    Bounds box;
+    size_t count = 0;
+  };
+  struct Split {
+    int axis;
+    float from, to;  // middles on the axis
+    size_t bins;     // of the first side
+    double cost = std::numeric_limits<double>::infinity();
+
+    size_t bin(float middle) const {
+      return std::min(static_cast<size_t>((middle - from) / (to - from) * float{kBins}), kBins - 1);
+    }
+  };
+
+  uint32_t add(Instances instances, size_t level) {
     const auto at = static_cast<uint32_t>(nodes_.size());
     nodes_.emplace_back();
-    std::array<std::span<uint32_t>, 8> parts;
-    parts[0] = order;
-    size_t count = 1;
-    for (int round = 0; round < 3; ++round)
-      for (size_t k = count; k-- > 0;)
-        if (parts[k].size() > 1) {
-          const size_t half = split(parts[k]);
-          parts[count++] = parts[k].subspan(half);
-          parts[k] = parts[k].first(half);
-        }
-    for (size_t k = 0; k < 8; ++k) {
-      float low[3], high[3];
-      std::fill_n(low, 3, std::numeric_limits<float>::infinity());
-      std::fill_n(high, 3, -std::numeric_limits<float>::infinity());
-      for (uint32_t i : k < count ? parts[k] : std::span<uint32_t>{})
-        for (int a = 0; a < 3; ++a)
-          low[a] = std::min(low[a], placed_[i].low[a]), high[a] = std::max(high[a], placed_[i].high[a]);
-      const uint32_t child = k >= count ? kLeaf : parts[k].size() == 1 ? kLeaf | parts[k][0] : add(parts[k]);
+    std::array<Part, kBoxes> parts;
+    size_t count = 0;
+    parts[count++] = part_of(instances);
+    while (count < kBoxes) {
+      // The greatest that can be split.
+      Part* greatest = nullptr;
+      double most = -1;
+      for (Part& part : std::span(parts).first(count)) {
+        const auto number = static_cast<double>(part.instances.size());
+        const double size = level < kHalvedFrom && std::isfinite(part.box.area()) ? part.box.area() : number;
+        if (number > 1 && size > most) most = size, greatest = &part;
+      }
+      if (!greatest) break;
+      const size_t half = split(greatest->instances, level);
+      parts[count++] = part_of(greatest->instances.subspan(half));
+      *greatest = part_of(greatest->instances.first(half));
+    }
+    for (size_t k = 0; k < kBoxes; ++k) {
+      const Part& part = parts[k];
+      const uint32_t child = k >= count                   ? kLeaf
+                             : part.instances.size() == 1 ? kLeaf | part.instances[0]
+                                                          : add(part.instances, level + 1);
       SceneNode& node = nodes_[at];
-      for (int a = 0; a < 3; ++a) node.low[a][k] = low[a], node.high[a][k] = high[a];
+      for (int a = 0; a < 3; ++a) node.low[a][k] = part.box.low[a], node.high[a][k] = part.box.high[a];
       node.child[k] = child;
     }
     return at;
   }
 
-  size_t split(std::span<uint32_t> order) {
-    const auto centre = [&](uint32_t i, int a) { return placed_[i].middle[a]; };
-    int axis = 0;
-    float widest = -1;
+  Part part_of(Instances instances) const {
+    Part part{instances, {}};
+    for (uint32_t i : instances) part.box.add(placed_[i]);
+    return part;
+  }
+
+  // Orders at least two instances so that those of the first side come first; returns how many these are.
+  size_t split(Instances instances, size_t level) const {
+    float from[3], to[3];
     for (int a = 0; a < 3; ++a) {
-      float low = centre(order[0], a), high = low;
-      for (uint32_t i : order) low = std::min(low, centre(i, a)), high = std::max(high, centre(i, a));
-      if (high - low > widest) widest = high - low, axis = a;
+      from[a] = to[a] = placed_[instances[0]].middle[a];
+      for (uint32_t i : instances)
+        from[a] = std::min(from[a], placed_[i].middle[a]), to[a] = std::max(to[a], placed_[i].middle[a]);
     }
-    const size_t half = order.size() / 2;
-    std::nth_element(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(half), order.end(),
+    if (level < kHalvedFrom)
+      if (const Split best = best_split(instances, from, to); std::isfinite(best.cost)) {
+        const auto end = std::partition(instances.begin(), instances.end(),
+                                        [&](uint32_t i) { return best.bin(placed_[i].middle[best.axis]) < best.bins; });
+        return static_cast<size_t>(end - instances.begin());
+      }
+    int axis = 0;
+    for (int a = 1; a < 3; ++a)
+      if (to[a] - from[a] > to[axis] - from[axis]) axis = a;
+    const size_t half = instances.size() / 2;
+    std::nth_element(instances.begin(), instances.begin() + static_cast<std::ptrdiff_t>(half), instances.end(),
                      [&](uint32_t x, uint32_t y) {
-                       return centre(x, axis) != centre(y, axis) ? centre(x, axis) < centre(y, axis) : x < y;
+                       const float p = placed_[x].middle[axis], q = placed_[y].middle[axis];
+                       return p != q ? p < q : x < y;
                      });
     return half;
+  }
+
+  // Of infinite cost if there is none.
+  Split best_split(Instances instances, const float (&from)[3], const float (&to)[3]) const {
+    Split best{};
+    for (int a = 0; a < 3; ++a) {
+      Split split{a, from[a], to[a], 0};
+      if (!(to[a] - from[a] > 0 && std::isfinite(to[a] - from[a]))) continue;
+      std::array<Bin, kBins> bins;
+      for (uint32_t i : instances) {
+        Bin& bin = bins[split.bin(placed_[i].middle[a])];
+        bin.box.add(placed_[i]), ++bin.count;
+      }
+      double behind[kBins];  // cost of this bin and those after it
+      const auto cost = [](const Bin& side) { return side.box.area() * static_cast<double>(side.count); };
+      const auto join = [](Bin& side, const Bin& bin) { side.box.add(bin.box), side.count += bin.count; };
+      Bin side;
+      for (size_t b = kBins; b-- > 1;) join(side, bins[b]), behind[b] = cost(side);
+      side = {};
+      for (split.bins = 1; split.bins < kBins; ++split.bins) {
+        join(side, bins[split.bins - 1]);
+        if (side.count == 0 || side.count == instances.size()) continue;
+        split.cost = cost(side) + behind[split.bins];
+        if (split.cost < best.cost) best = split;
+      }
+    }
+    return best;
   }
 
   std::span<const Placed> placed_;

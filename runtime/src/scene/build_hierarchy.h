@@ -9,8 +9,10 @@
 
 namespace vcd {
 
-// Eight boxes a node: the instances of a node are split in halves along the longest axis of their centres, three times.
-// The first node is the root; none where there are no instances.
+// The first node is the root; none where there are no instances. A node's instances are split in two, and the part with
+// the greatest surface again, until it has sixteen: by the surface-area heuristic over bins of middles (Wald, "On fast
+// construction of SAH-based bounding volume hierarchies", 2007). Deep in the hierarchy, and where boxes are infinite,
+// they are halved by number, so that no path is longer than kMostSceneLevels.
 std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed);
 
 }  // namespace vcd

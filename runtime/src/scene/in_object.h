@@ -24,7 +24,7 @@ inline std::optional<Segment> in_object(const SceneData& scene, uint32_t instanc
   const ToGrid& grid = scene.to_grid[instance];
   const ToFrame& frame = scene.to_frame[instance];
   if (!has_inverse(grid)) return std::nullopt;
-  return is_trusted(segment) ? in_frame(frame, in_grid(grid, segment)) : far_in_frame(grid, frame, segment);
+  return is_trusted(segment) ? in_frame(frame, placed(grid, segment).in_grid) : far_in_frame(grid, frame, segment);
 }
 
 // Where a segment of a query begins.

@@ -9,6 +9,7 @@
 #include <span>
 
 #include "lookup/grids-inl.h"
+#include "lookup/mask_bits-inl.h"
 #include "scene/boxes.h"
 #include "scene/pairs.h"
 #include "scene/walk.h"
@@ -17,29 +18,25 @@ HWY_BEFORE_NAMESPACE();
 namespace vcd {
 namespace HWY_NAMESPACE {
 
-using Boxes = hn::CappedTag<float, 8>;
+using Boxes = hn::CappedTag<float, kBoxes>;
 
 // A bit for each box that is entered, within rounding, before it is left.
 HWY_INLINE uint32_t meet(hn::VFromD<Boxes> near, hn::VFromD<Boxes> far) {
   const auto slack = hn::Set(Boxes(), kBoxSlack);
   const auto hit = hn::Le(hn::Sub(near, hn::Mul(hn::Abs(near), slack)), hn::Add(far, hn::Mul(hn::Abs(far), slack)));
-  uint8_t bits[8] = {};
-  hn::StoreMaskBits(Boxes(), hit, bits);
-  return bits[0];
+  return lane_bits(Boxes(), hit);
 }
 
 // Which of a node's boxes a segment could meet.
 HWY_NOINLINE uint32_t BoxesMet(const SceneNode& node, const SceneRay& ray) {
-  constexpr size_t kStep = hn::MaxLanes(Boxes());
-  const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
+  const auto all_boxes = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
   uint32_t met = 0;
-  for (size_t i = 0; i < 8; i += kStep) {
-    auto near = all8(ray.t_min), far = all8(ray.t_max);
+  for (size_t i = 0; i < kBoxes; i += hn::MaxLanes(Boxes())) {
+    auto near = all_boxes(ray.t_min), far = all_boxes(ray.t_max);
     for (int a = 0; a < 3; ++a) {
-      const float* first = ray.inverse[a] < 0 ? node.high[a] : node.low[a];
-      const float* last = ray.inverse[a] < 0 ? node.low[a] : node.high[a];
-      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), first + i), all8(ray.origin[a])), all8(ray.inverse[a])));
-      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), last + i), all8(ray.origin[a])), all8(ray.inverse[a])));
+      const auto origin = all_boxes(ray.origin[a]), inverse = all_boxes(ray.inverse[a]);
+      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), first_sides(node, ray, a) + i), origin), inverse));
+      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), last_sides(node, ray, a) + i), origin), inverse));
     }
     met |= meet(near, far) << i;
   }
@@ -48,20 +45,19 @@ HWY_NOINLINE uint32_t BoxesMet(const SceneNode& node, const SceneRay& ray) {
 
 // Which of a node's boxes a beam could meet.
 HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) noexcept {
-  constexpr size_t kStep = hn::MaxLanes(Boxes());
-  const auto all8 = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
+  const auto all_boxes = [](float x) HWY_ATTR { return hn::Set(Boxes(), x); };
   uint32_t met = 0;
-  for (size_t i = 0; i < 8; i += kStep) {
-    auto near = hn::Zero(Boxes()), far = all8(beam.t_max);
+  for (size_t i = 0; i < kBoxes; i += hn::MaxLanes(Boxes())) {
+    auto near = hn::Zero(Boxes()), far = all_boxes(beam.t_max);
     const auto bound = [&](auto offset, float inverse, bool first) HWY_ATTR {
-      const auto t = hn::Mul(offset, all8(inverse));
+      const auto t = hn::Mul(offset, all_boxes(inverse));
       if (first) near = hn::Max(near, t);
       else far = hn::Min(far, t);
     };
     for (int a = 0; a < 3; ++a) {
-      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all8(beam.origin_low[a])), beam.inverse_low[a],
+      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all_boxes(beam.origin_low[a])), beam.inverse_low[a],
             beam.inverse_low[a] < 0);
-      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all8(beam.origin_high[a])), beam.inverse_high[a],
+      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all_boxes(beam.origin_high[a])), beam.inverse_high[a],
             beam.inverse_high[a] > 0);
     }
     met |= meet(near, far) << i;
@@ -74,11 +70,14 @@ constexpr uint32_t word(Place place) { return static_cast<uint32_t>(place); }
 // At most kWidth pairs, each instance in its own grid.
 HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> segments, const ScenePair* pairs,
                                size_t count, SceneAnswers answers) {
-  HWY_ALIGN Segment moved[kWidth] = {};
+  const hn::FixedTag<float, 4> four;
+  HWY_ALIGN Segment moved[kWidth] = {};  // in place of t, what rounding grows with
   HWY_ALIGN float t_min[kWidth] = {}, t_max[kWidth] = {};
   for (size_t k = 0; k < count; ++k) {
     const Segment& segment = segments[pairs[k].segment];
-    in_grid(scene.to_grid[pairs[k].instance], segment, moved[k]);
+    const auto [origin, direction] = placed_parts(scene.to_grid[pairs[k].instance], segment);
+    hn::StoreU(origin, four, moved[k].origin);
+    hn::StoreU(direction, four, moved[k].direction);
     t_min[k] = segment.t_min, t_max[k] = segment.t_max;
   }
   InGrid in;

@@ -11,38 +11,51 @@
 
 namespace vcd {
 
-// A way through the hierarchy that stops at each instance.
+// A way through the hierarchy, depth first, that stops at each instance.
 class SceneWalk {
  public:
-  explicit SceneWalk(const SceneData& scene) : count_(scene.nodes.empty() ? 0 : 1) { waiting_[0] = 0; }
-
   // The next instance with a bit of `mask` whose box is met; kNoInstance after the last. boxes_met(node) gives a bit
-  // for each of a node's eight boxes.
+  // for each of a node's boxes.
   template <class BoxesMet>
   uint32_t next(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met) {
+    if (!begun_) begin(scene, boxes_met);
     for (;;) {
-      while (met_ != 0) {
-        const uint32_t child = scene.nodes[node_].child[std::countr_zero(met_)], instance = child & ~kLeaf;
-        met_ &= met_ - 1;
-        if (!(child & kLeaf)) waiting_[count_++] = child;
-        else if (scene.masks[instance] & mask) return instance;
+      while (at_.met == 0) {
+        if (levels_ == 0) return kNoInstance;
+        at_ = above_[--levels_];
       }
-      if (count_ == 0) return kNoInstance;
-      node_ = waiting_[--count_];
-      met_ = boxes_met(scene.nodes[node_]);
+      const uint32_t child = scene.nodes[at_.node].child[std::countr_zero(at_.met)], instance = child & ~kLeaf;
+      at_.met &= at_.met - 1;
+      if (child & kLeaf) {
+        if (scene.masks[instance] & mask) return instance;
+      } else {
+        if (at_.met != 0) above_[levels_++] = at_;
+        at_ = {child, boxes_met(scene.nodes[child])};
+      }
     }
   }
 
  private:
-  uint32_t node_ = 0, met_ = 0;  // and which of its boxes are still to be looked at
-  uint32_t count_;
-  uint32_t waiting_[kDeepest];
+  struct At {
+    uint32_t node, met;  // and which of its boxes are still to be looked at
+  };
+
+  template <class BoxesMet>
+  void begin(const SceneData& scene, const BoxesMet& boxes_met) {
+    begun_ = true;
+    if (!scene.nodes.empty()) at_.met = boxes_met(scene.nodes[0]);
+  }
+
+  At at_{0, 0};
+  bool begun_ = false;
+  uint32_t levels_ = 0;
+  At above_[kMostSceneLevels];
 };
 
 // visit(instance) for all of a SceneWalk, until done().
 template <class BoxesMet, class Done, class Visit>
 void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, const Done& done, const Visit& visit) {
-  SceneWalk way(scene);
+  SceneWalk way;
   while (!done()) {
     const uint32_t instance = way.next(scene, mask, boxes_met);
     if (instance == kNoInstance) return;
@@ -52,8 +65,11 @@ void walk(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met, cons
 
 // Of a trusted segment.
 inline SceneRay scene_ray(const Segment& segment) {
-  SceneRay ray{{}, {}, segment.t_min, segment.t_max};
-  for (int a = 0; a < 3; ++a) ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
+  SceneRay ray{{}, {}, segment.t_min, segment.t_max, {}};
+  for (uint32_t a = 0; a < 3; ++a) {
+    ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
+    ray.first[a] = a * uint32_t{kBoxes} + (ray.inverse[a] < 0 ? kSideFloats : 0);
+  }
   return ray;
 }
 
