@@ -189,6 +189,34 @@ TEST_F(SceneLimits, SegmentsOfAnyScaleMissNothing) {
       }
 }
 
+// Ever larger boxes ever farther away, of which splits by surface take off one after another, many in one place, and
+// one without a box: no path through the hierarchy becomes too long, and no instance is lost.
+TEST_F(SceneLimits, HierarchiesOfAnyShapeMissNothing) {
+  std::vector<SceneInstance> instances;
+  const auto add = [&](float size, float at_x) { instances.push_back(at(scaled(size, size, size, at_x), false)); };
+  for (float x = 1e-6f; x < 1e11f; x *= 1.015f) add(x * 0.01f, x);
+  for (int i = 0; i < 40; ++i) add(1, -50);
+  for (const bool one_is_everywhere : {false, true}) {
+    if (one_is_everywhere) add(kInfinity, 0);
+    const auto scene = Scene::build(instances);
+    for (uint32_t i = 0; i < instances.size(); i += 7) {
+      const auto& rows = instances[i].to_world.rows;
+      const float size = rows[0][0];
+      if (!std::isfinite(size)) continue;
+      const Segment through{{rows[0][3] + 0.5f * size, 0.5f * size, -size}, 0, {0, 0, 3 * size}, 1};
+      bool asked = false, asked_everywhere = false;
+      size_t count = 0;
+      scene->occluded(through, [&](uint32_t k) {
+        asked |= k == i, asked_everywhere |= one_is_everywhere && k + 1 == instances.size();
+        return ++count, false;
+      });
+      EXPECT_TRUE(asked) << i;
+      EXPECT_EQ(asked_everywhere, one_is_everywhere);
+      EXPECT_LE(count, 42u) << i;
+    }
+  }
+}
+
 // Far or short segments that a trusted segment of the same scene is not like.
 TEST_F(SceneLimits, OnlyWhatIsBeyondTheLimitsIsLeftToAllInstances) {
   const auto scene = Scene::build(std::vector{at(kStill), at(scaled(1, 1, 1, 5))});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -66,6 +67,7 @@ class Builder {
   };
 
   uint32_t add(Instances instances, size_t level) {
+    assert(level < kMostSceneLevels);
     const auto at = static_cast<uint32_t>(nodes_.size());
     nodes_.emplace_back();
     std::array<Part, kBoxes> parts;
