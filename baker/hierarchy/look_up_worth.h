@@ -12,7 +12,7 @@
 
 namespace vcd::baker {
 
-// kLookUpFromOutside, kLookUpTogetherFromOutside and the same from inside, where they hold. Counted, not timed, so that
+// kLookUpFromOutside, kLookUpTogetherFromOutside and the same from inside, and kLookUpInScene, where they hold. Counted, not timed, so that
 // the same bake gives the same flags: the nodes and leaves that some thousand segments take through the hierarchy,
 // against those that are left when look-ups answer what they can, and what a look-up costs beside a node.
 // asked: what a scene asks of the object; empty: lines from everywhere stand for it.

@@ -61,18 +61,20 @@ constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
     [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
 
-// Sets look_up_first and look_up_together.
-void decide_look_ups(ObjectData& data, LookUpFirst how, bool are_flags_told_apart) {
-  const uint16_t flags = data.record->flags;
+// Sets look_up_first, look_up_together and look_up_in_scene.
+void decide_look_ups(ObjectData& data, LookUpFirst how, uint16_t version_minor) {
+  const auto looks_up = [&](uint16_t flag) {
+    return data.kernels &&
+           (how == LookUpFirst::always || (how == LookUpFirst::as_baked && (data.record->flags & flag) != 0));
+  };
   for (const From from : {From::outside, From::inside}) {
     const uint16_t alone = from == From::outside ? kLookUpFromOutside : kLookUpFromInside,
                    together = from == From::outside ? kLookUpTogetherFromOutside : kLookUpTogetherFromInside;
-    const auto looks_up = [&](uint16_t flag) {
-      return data.kernels && (how == LookUpFirst::always || (how == LookUpFirst::as_baked && (flags & flag) != 0));
-    };
     data.look_up_first[static_cast<size_t>(from)] = looks_up(alone);
-    data.look_up_together[static_cast<size_t>(from)] = looks_up(are_flags_told_apart ? together : alone);
+    data.look_up_together[static_cast<size_t>(from)] = looks_up(version_minor > 0 ? together : alone);
   }
+  data.look_up_in_scene =
+      version_minor > 1 ? looks_up(kLookUpInScene) : data.look_up_together[static_cast<size_t>(From::outside)];
 }
 
 }  // namespace
@@ -111,7 +113,7 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
       data.kernels = &kernels_for(data.tree, *chosen);
     }
     if (options.proven_only) data.tree.answers = answer_table(Trust::proofs, classes_in(record));
-    decide_look_ups(data, options.look_up, state->contents.header->version_minor > 0);
+    decide_look_ups(data, options.look_up, state->contents.header->version_minor);
     state->objects.push_back(data);
   }
   return Sidecar(std::move(state));

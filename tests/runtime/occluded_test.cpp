@@ -79,7 +79,7 @@ SourceMesh needle() {
 }
 
 struct HowAsked {
-  bool alone, together, in_scene;
+  bool alone, together, alone_in_scene, together_in_scene;
   bool operator==(const HowAsked&) const = default;
 };
 // Whether the needle is overlooked: whether cells are looked up first.
@@ -100,36 +100,36 @@ HowAsked overlooked(const std::vector<std::byte>& bytes, From from) {
   object.occluded(bundle, {&many, 1}, from);
   scene.occluded(bundle, {&many_in_scene, 1}, {});
   EXPECT_EQ(one != 0, object.occluded(segment, from));
-  EXPECT_EQ(many_in_scene != 0, scene.occluded(segment, {}));
-  return {one == 0, many == 0, many_in_scene == 0};
+  uint64_t one_in_scene = 0;
+  scene.occluded(std::span(&segment, 1), {&one_in_scene, 1}, {});
+  EXPECT_EQ(one_in_scene != 0, scene.occluded(segment, {}));
+  return {one == 0, many == 0, one_in_scene == 0, many_in_scene == 0};
 }
 
 TEST(Occluded, LooksUpWhereTheFlagsSaySo) {
   BakeOptions options;
   options.method = Method::sampled, options.depth = 3, options.samples = 16;
   BakedObject object = must_bake(needle(), options);
-  for (uint16_t flags = 0; flags <= 30; flags += 2) {
-    object.record.flags = flags;
-    std::vector<std::byte> bytes = sidecar_bytes({&object});
-    const auto has = [&](uint16_t flag) { return (flags & flag) != 0; };
-    const bool outside = has(kLookUpTogetherFromOutside);
-    EXPECT_EQ(overlooked(bytes, From::outside), (HowAsked{has(kLookUpFromOutside), outside, outside}));
-    // A scene has one rule, for segments from outside.
-    EXPECT_EQ(overlooked(bytes, From::inside),
-              (HowAsked{has(kLookUpFromInside), has(kLookUpTogetherFromInside), outside}));
-    if (flags > 6) continue;
-    // As a writer of format 1.0 would have it.
-    FileHeader header;
-    std::memcpy(&header, bytes.data(), sizeof header);
-    header.version_minor = 0;
-    header.header_xxh3 =
-        checksum(Bytes(reinterpret_cast<const std::byte*>(&header), offsetof(FileHeader, header_xxh3)));
-    std::memcpy(bytes.data(), &header, sizeof header);
-    EXPECT_EQ(overlooked(bytes, From::outside),
-              (HowAsked{has(kLookUpFromOutside), has(kLookUpFromOutside), has(kLookUpFromOutside)}));
-    EXPECT_EQ(overlooked(bytes, From::inside),
-              (HowAsked{has(kLookUpFromInside), has(kLookUpFromInside), has(kLookUpFromOutside)}));
-  }
+  for (uint16_t flags = 0; flags <= 62; flags += 2)
+    for (const uint16_t minor : {2, 1, 0}) {
+      if (flags & ~known_object_flags(minor)) continue;
+      object.record.flags = flags;
+      std::vector<std::byte> bytes = sidecar_bytes({&object});
+      FileHeader header;  // as a writer of that format would have it
+      std::memcpy(&header, bytes.data(), sizeof header);
+      header.version_minor = minor;
+      header.header_xxh3 =
+          checksum(Bytes(reinterpret_cast<const std::byte*>(&header), offsetof(FileHeader, header_xxh3)));
+      std::memcpy(bytes.data(), &header, sizeof header);
+
+      const auto has = [&](uint16_t flag) { return (flags & flag) != 0; };
+      const bool outside = has(minor > 0 ? kLookUpTogetherFromOutside : kLookUpFromOutside),
+                 inside = has(minor > 0 ? kLookUpTogetherFromInside : kLookUpFromInside),
+                 in_scene = minor > 1 ? has(kLookUpInScene) : outside;
+      // A scene has one rule, for segments from outside.
+      EXPECT_EQ(overlooked(bytes, From::outside), (HowAsked{has(kLookUpFromOutside), outside, in_scene, outside}));
+      EXPECT_EQ(overlooked(bytes, From::inside), (HowAsked{has(kLookUpFromInside), inside, in_scene, outside}));
+    }
 }
 
 template <class Bundle>

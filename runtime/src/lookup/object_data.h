@@ -26,8 +26,9 @@ struct ObjectData {
   const TraceKernels* trace;
   Horizons horizons;  // those of that hierarchy, if it has them
   const HorizonKernels* horizon;
-  // By From: whether to look up before the hierarchy is asked, segments by themselves, and together.
-  bool look_up_first[3], look_up_together[3];
+  // By From: whether to look up before the hierarchy is asked, segments by themselves, and together; and segments by
+  // themselves where the object is an instance of a scene.
+  bool look_up_first[3], look_up_together[3], look_up_in_scene;
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
 };

@@ -17,7 +17,7 @@ static_assert(std::endian::native == std::endian::little,
 inline constexpr std::array<uint8_t, 8> kMagic = {0x89, 'V', 'C', 'D', '\r', '\n', 0x1A, '\n'};
 inline constexpr std::string_view kSidecarBegin = "\x89VCD\r\n\x1A\n";  // the same bytes as a text
 inline constexpr uint16_t kVersionMajor = 1;                            // the only one that is read
-inline constexpr uint16_t kVersionMinor = 1;
+inline constexpr uint16_t kVersionMinor = 2;
 
 struct FileHeader {
   std::array<uint8_t, 8> magic;
@@ -104,13 +104,15 @@ enum class Method : uint8_t {
 // ObjectRecord::flags. The other bits are zero.
 inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are not in the object: see the provenance
 // Where a HIER section holds the object's triangles: look-ups before it save time for segments from outside the box, or
-// from inside. By themselves; and together, as bundles, or where the object is an instance of a scene: since format
-// 1.1. In a file of 1.0 the first two say it of both.
+// from inside. By themselves; together, as bundles (since format 1.1: before, the first two say it of both); and by
+// themselves where the object is an instance of a scene (since format 1.2: before, those of bundles say it).
 inline constexpr uint16_t kLookUpFromOutside = 2, kLookUpFromInside = 4;
 inline constexpr uint16_t kLookUpTogetherFromOutside = 8, kLookUpTogetherFromInside = 16;
+inline constexpr uint16_t kLookUpInScene = 32;  // from outside
 constexpr uint16_t known_object_flags(uint16_t version_minor) {
   return kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside |
-         (version_minor > 0 ? kLookUpTogetherFromOutside | kLookUpTogetherFromInside : 0);
+         (version_minor > 0 ? kLookUpTogetherFromOutside | kLookUpTogetherFromInside : 0) |
+         (version_minor > 1 ? kLookUpInScene : 0);
 }
 
 inline constexpr uint32_t kMostBlockLevels = 3;

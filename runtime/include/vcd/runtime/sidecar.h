@@ -120,7 +120,7 @@ class Object {
 // Whether Object::occluded() and Scene::occluded() look up before they ask a hierarchy.
 enum class LookUpFirst : uint8_t {
   as_baked,  // where the baker found that it saves time: for segments from outside, from inside the box, or neither;
-             // by themselves, and in bundles and scenes
+             // by themselves, in bundles, and by themselves in a scene
   always,    // except for segments that begin on the object itself: look-ups say next to nothing of them
   never,
 };
