@@ -14,14 +14,14 @@ namespace vcd::baker {
 namespace {
 
 constexpr size_t kSegments = 4096;
-// Of a single look-up, in nodes and leaves: 17 ns against 25 to 30 (spec/results.md, "Hierarchies").
+// Of a look-up in an array, in nodes and leaves: 17 ns against 25 to 30 (spec/results.md, "Hierarchies").
 constexpr double kLookUpSteps = 0.65;
 // What saves less is left as it would be without look-ups.
 constexpr double kWorthwhile = 0.97;
 // A node of a bundle serves many of its segments.
 constexpr double kLookUpStepsTogether = 2 * kLookUpSteps;
-// Rays scattered over the objects of a scene find a tree's memory far away: 85 to 110 ns.
-constexpr double kLookUpStepsInScene = 4;
+// One by one, scattered segments wait for a tree's memory: 35 to 110 ns.
+constexpr double kLookUpStepsOfOne = 3;
 
 // The nodes and leaves up to the first hit.
 class Steps {
@@ -63,7 +63,7 @@ class Steps {
 };
 
 struct Worth {
-  bool alone = false, together = false, in_scene = false;
+  bool in_array = false, together = false, one = false;
 };
 Worth worth_of(const std::vector<AskedSegment>& segments, const GridFrame& frame, const TreeView& tree,
                const HierarchyView& hierarchy) {
@@ -75,7 +75,7 @@ Worth worth_of(const std::vector<AskedSegment>& segments, const GridFrame& frame
   }
   if (weights == 0) return {};
   return {left + kLookUpSteps * weights <= kWorthwhile * all, left + kLookUpStepsTogether * weights <= all,
-          left + kLookUpStepsInScene * weights <= all};
+          left + kLookUpStepsOfOne * weights <= all};
 }
 
 // Lines from all around, and segments of the same directions from points of the box.
@@ -113,10 +113,11 @@ uint16_t look_up_worth(const PreparedMesh& mesh, const ObjectRecord& record, con
   else add_asked(asked, frame, outside, inside);
   const Worth from_outside = worth_of(outside, frame, trusted, hierarchy),
               from_inside = worth_of(inside, frame, trusted, hierarchy);
+  const auto flag = [](bool is_set, uint16_t bit) { return is_set ? bit : uint16_t{0}; };
   return static_cast<uint16_t>(
-      (from_outside.alone ? kLookUpFromOutside : 0) | (from_inside.alone ? kLookUpFromInside : 0) |
-      (from_outside.together ? kLookUpTogetherFromOutside : 0) |
-      (from_inside.together ? kLookUpTogetherFromInside : 0) | (from_outside.in_scene ? kLookUpInScene : 0));
+      flag(from_outside.in_array, kLookUpFromOutside) | flag(from_inside.in_array, kLookUpFromInside) |
+      flag(from_outside.together, kLookUpTogetherFromOutside) | flag(from_inside.together, kLookUpTogetherFromInside) |
+      flag(from_outside.one, kLookUpOneFromOutside) | flag(from_inside.one, kLookUpOneFromInside));
 }
 
 }  // namespace vcd::baker

@@ -12,10 +12,10 @@
 
 namespace vcd::baker {
 
-// kLookUpFromOutside, kLookUpTogetherFromOutside and the same from inside, and kLookUpInScene, where they hold. Counted, not timed, so that
-// the same bake gives the same flags: the nodes and leaves that some thousand segments take through the hierarchy,
-// against those that are left when look-ups answer what they can, and what a look-up costs beside a node.
-// asked: what a scene asks of the object; empty: lines from everywhere stand for it.
+// The flags kLookUp… of ObjectRecord that hold. Counted, not timed, so that the same bake gives the same flags: the
+// nodes and leaves that some thousand segments take through the hierarchy, against those that are left when look-ups
+// answer what they can, and what a look-up costs beside a node. asked: what a scene asks of the object; empty: lines
+// from everywhere stand for it.
 uint16_t look_up_worth(const PreparedMesh& mesh, const ObjectRecord& record, const TreeView& tree,
                        const HierarchyView& hierarchy, std::span<const AskedSegment> asked = {});
 

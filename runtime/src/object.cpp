@@ -130,9 +130,8 @@ void Object::classify(const SphereBundle& bundle, std::span<uint64_t> blocked,
 }
 
 bool Object::occluded(const Segment& segment, From from) const noexcept {
-  if (!data_->look_up_first[static_cast<size_t>(from)]) return data_->trace->one(data_->traced, segment);
-  // Statistics may call a line blocked that passes by the box; arrays and bundles would say so.
-  if (data_->record->method == static_cast<uint8_t>(Method::proven))
+  if (!data_->look_up_one[static_cast<size_t>(from)]) return data_->trace->one(data_->traced, segment);
+  if (data_->box_first)
     return data_->trace->one_looked_up(data_->traced, {data_->frame, data_->tree, data_->classify_one}, segment);
   const Visibility answer = classify(segment);
   return answer == Visibility::unclassified ? data_->trace->one(data_->traced, segment) : answer == Visibility::blocked;
@@ -150,7 +149,7 @@ void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blo
         unclassified_bits[i / 64] |= uint64_t{answers[i] == Visibility::unclassified} << i % 64;
       }
     };
-    decide(part.size(), data_->look_up_first[static_cast<size_t>(from)], look_up, [&](const SampleBits& live) {
+    decide(part.size(), data_->look_up_arrays[static_cast<size_t>(from)], look_up, [&](const SampleBits& live) {
       return data_->trace->array(data_->traced, part.data(), live);
     }).store(part.size(), blocked.data() + first / 64);
   }
@@ -158,12 +157,12 @@ void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blo
 
 void Object::occluded(const QuadBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
   assert(fits(bundle, blocked));
-  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_together[static_cast<size_t>(from)],
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_bundles[static_cast<size_t>(from)],
                   [&](const QuadBundle& part, auto b, auto u) { classify(part, b, u); });
 }
 void Object::occluded(const SphereBundle& bundle, std::span<uint64_t> blocked, From from) const noexcept {
   assert(fits(bundle, blocked));
-  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_together[static_cast<size_t>(from)],
+  occluded_bundle(*data_, bundle, blocked.data(), data_->look_up_bundles[static_cast<size_t>(from)],
                   [&](const SphereBundle& part, auto b, auto u) { classify(part, b, u); });
 }
 // There is no light whose lines could be looked up together.

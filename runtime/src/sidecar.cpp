@@ -61,20 +61,25 @@ constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
     [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
 
-// Sets look_up_first, look_up_together and look_up_in_scene.
+// Sets look_up_arrays and its kin.
 void decide_look_ups(ObjectData& data, LookUpFirst how, uint16_t version_minor) {
   const auto looks_up = [&](uint16_t flag) {
     return data.kernels &&
            (how == LookUpFirst::always || (how == LookUpFirst::as_baked && (data.record->flags & flag) != 0));
   };
   for (const From from : {From::outside, From::inside}) {
-    const uint16_t alone = from == From::outside ? kLookUpFromOutside : kLookUpFromInside,
-                   together = from == From::outside ? kLookUpTogetherFromOutside : kLookUpTogetherFromInside;
-    data.look_up_first[static_cast<size_t>(from)] = looks_up(alone);
-    data.look_up_together[static_cast<size_t>(from)] = looks_up(version_minor > 0 ? together : alone);
+    const bool outside = from == From::outside;
+    const auto at = static_cast<size_t>(from);
+    const uint16_t arrays = outside ? kLookUpFromOutside : kLookUpFromInside,
+                   bundles = outside ? kLookUpTogetherFromOutside : kLookUpTogetherFromInside,
+                   one = outside ? kLookUpOneFromOutside : kLookUpOneFromInside;
+    data.look_up_arrays[at] = looks_up(arrays);
+    data.look_up_bundles[at] = looks_up(version_minor < 1 ? arrays : bundles);
+    data.look_up_one[at] = looks_up(version_minor < 2 ? arrays : one);
   }
-  data.look_up_in_scene =
-      version_minor > 1 ? looks_up(kLookUpInScene) : data.look_up_together[static_cast<size_t>(From::outside)];
+  const auto outside = static_cast<size_t>(From::outside);
+  data.look_up_in_scene = version_minor < 2 ? data.look_up_bundles[outside] : data.look_up_one[outside];
+  data.box_first = data.record->method == static_cast<uint8_t>(Method::proven);
 }
 
 }  // namespace

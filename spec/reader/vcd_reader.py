@@ -309,7 +309,8 @@ NO_METHOD, SAMPLED, PROVEN, HYBRID = range(4)                                   
 # *Methods*, `none`: the top table and the three uniform bricks of a tree of depth 1 in which all cells are unclassified.
 UNCLASSIFIED_TREE = struct.pack("<16I", *[2] * 15, 0) + b"".join(bytes([i * 0x55]) * 64 for i in range(3))
 PARTS_LEFT_OUT, LOOK_UP_FROM_OUTSIDE, LOOK_UP_FROM_INSIDE = 1, 2, 4                      # bits of `flags`
-LOOK_UP_TOGETHER_FROM_OUTSIDE, LOOK_UP_TOGETHER_FROM_INSIDE, LOOK_UP_IN_SCENE = 8, 16, 32
+LOOK_UP_TOGETHER_FROM_OUTSIDE, LOOK_UP_TOGETHER_FROM_INSIDE = 8, 16
+LOOK_UP_ONE_FROM_OUTSIDE, LOOK_UP_ONE_FROM_INSIDE = 32, 64
 
 
 class ObjectRecord:
@@ -332,7 +333,7 @@ class ObjectRecord:
         self.method_parameters = list(f[28:36])
         self.statistical_cells, self.audit_lines, self.audit_wrong = f[36], list(f[37:39]), list(f[39:41])
         self.audit_bound_95, self.guard_band, self.shift = f[41], f[42], list(f[43:46])
-        known = {0: 8, 1: 32, 2: 64}.get(file.minor, 1 << 16)
+        known = {0: 8, 1: 32, 2: 128}.get(file.minor, 1 << 16)
         require(self.flags < known, "Reserved fields", at + 14, f"flags {self.flags:#x}")
         require(file.minor > 2 or reserved == 0, "Reserved fields", at + 120, "of an object")
         require(all(map(math.isfinite, self.shift)), where, at + 232, "shift is not finite")
@@ -374,7 +375,8 @@ class ObjectRecord:
                                   "from_inside": bool(self.flags & LOOK_UP_FROM_INSIDE),
                                   "together_from_outside": bool(self.flags & LOOK_UP_TOGETHER_FROM_OUTSIDE),
                                   "together_from_inside": bool(self.flags & LOOK_UP_TOGETHER_FROM_INSIDE),
-                                  "in_scene": bool(self.flags & LOOK_UP_IN_SCENE)},
+                                  "one_from_outside": bool(self.flags & LOOK_UP_ONE_FROM_OUTSIDE),
+                                  "one_from_inside": bool(self.flags & LOOK_UP_ONE_FROM_INSIDE)},
                 "hierarchy": self.hierarchy and self.hierarchy.describe(),
                 **{name: getattr(self, name) for name in self.NAMES}}
 

@@ -270,8 +270,8 @@ TEST(Hierarchy, SaysWhereLookUpsBeforeItPay) {
     return must_bake(source, options).record.flags;
   };
   constexpr uint16_t kBoth = kLookUpFromOutside | kLookUpTogetherFromOutside;
-  EXPECT_EQ(flags_of(sphere(60, 120), true) & (kBoth | kLookUpInScene), kBoth);
-  EXPECT_EQ(flags_of(sphere(4, 4000), true) & (kBoth | kLookUpInScene), kBoth | kLookUpInScene);
+  EXPECT_EQ(flags_of(sphere(60, 120), true) & (kBoth | kLookUpOneFromOutside), kBoth);
+  EXPECT_EQ(flags_of(sphere(4, 4000), true) & (kBoth | kLookUpOneFromOutside), kBoth | kLookUpOneFromOutside);
   EXPECT_EQ(flags_of(leaves(20), true), kLookUpFromOutside | kLookUpFromInside);
   EXPECT_EQ(flags_of(leaves(40), true), 0);
   EXPECT_EQ(flags_of(sphere(), false), 0);

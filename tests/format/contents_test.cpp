@@ -419,7 +419,7 @@ TEST_F(Contents, TheRecordIsHeldToItsRules) {
               set_method(r, Method::hybrid), r.cells[0] -= r.statistical_cells = ~uint64_t{0};
             }),
             "object-counts");
-  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = 64; }), "reserved-not-zero");
+  EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = 128; }), "reserved-not-zero");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = known_object_flags(kVersionMinor); }), "");
   for (double shift : {double{kInfinity}, double{kNan}})
     EXPECT_EQ(first_finding([&](ObjectRecord& r) { r.shift[2] = shift; }), "object-shift");
@@ -720,8 +720,10 @@ TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
 }
 
 TEST_F(Contents, FlagsAreReservedBeforeTheyHaveAMeaning) {
-  const std::pair<uint16_t, uint16_t> since[] = {
-      {kLookUpTogetherFromOutside, 1}, {kLookUpTogetherFromInside, 1}, {kLookUpInScene, 2}};
+  const std::pair<uint16_t, uint16_t> since[] = {{kLookUpTogetherFromOutside, 1},
+                                                 {kLookUpTogetherFromInside, 1},
+                                                 {kLookUpOneFromOutside, 2},
+                                                 {kLookUpOneFromInside, 2}};
   for (const uint16_t minor : {0, 1, 2})
     for (const auto& [flag, first] : since) {
       Sidecar file{*small_};

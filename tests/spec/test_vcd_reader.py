@@ -599,8 +599,8 @@ class Broken(unittest.TestCase):
     def test_reserved_fields(self):
         for at in (32, 64 + 60, self.record + 14):
             for minor in (b"\0", b"\1", b"\2"):
-                self.rejects(patched(self.data, (at, b"\x40"), (10, minor)), "Reserved fields")
-            VcdFile(patched(self.data, (at, b"\x40"), (10, b"\3"))).dump()         # ignored in version 1.3
+                self.rejects(patched(self.data, (at, b"\x80"), (10, minor)), "Reserved fields")
+            VcdFile(patched(self.data, (at, b"\x80"), (10, b"\3"))).dump()         # ignored in version 1.3
         for bit, last, first in ((b"\x08", b"\0", b"\1"), (b"\x20", b"\1", b"\2")):  # has a meaning since then
             self.rejects(patched(self.data, (self.record + 14, bit), (10, last)), "Reserved fields")
             VcdFile(patched(self.data, (self.record + 14, bit), (10, first))).dump()
@@ -691,7 +691,7 @@ class Broken(unittest.TestCase):
         self.assertEqual([o["parts_left_out"] for o in said], [True, False])
         self.assertEqual([o["shift"] for o in said], [[0, 4649776.25, 0], [0, 0, 0]])
         for bit, name in ((2, "from_outside"), (4, "from_inside"), (8, "together_from_outside"),
-                          (16, "together_from_inside"), (32, "in_scene")):
+                          (16, "together_from_inside"), (32, "one_from_outside"), (64, "one_from_inside")):
             said = VcdFile(patched(self.data, (10, b"\2"), (r + 14, bytes([bit])))).dump()["objects"][0]["look_up_first"]
             self.assertEqual([n for n, is_set in said.items() if is_set], [name])
         for bad in (-1.0, INF, NAN, -1.0 + 1e-9, 3.4e38):

@@ -91,7 +91,8 @@ Json describe_object(const ObjectContents& object) {
                            {"from_inside", (r.flags & kLookUpFromInside) != 0},
                            {"together_from_outside", (r.flags & kLookUpTogetherFromOutside) != 0},
                            {"together_from_inside", (r.flags & kLookUpTogetherFromInside) != 0},
-                           {"in_scene", (r.flags & kLookUpInScene) != 0}};
+                           {"one_from_outside", (r.flags & kLookUpOneFromOutside) != 0},
+                           {"one_from_inside", (r.flags & kLookUpOneFromInside) != 0}};
   json["geometry_hash"] = hex(r.geometry_hash);
   json["triangle_count"] = r.triangle_count;
   json["vertex_count"] = r.vertex_count;
@@ -233,9 +234,9 @@ std::string hierarchy_summary(const ObjectRecord& r, const HierarchyView& hierar
                              : "nowhere";
   };
   return line + std::string("            look-ups before it save time for single segments ") +
+         first(kLookUpOneFromOutside, kLookUpOneFromInside) + ", for arrays " +
          first(kLookUpFromOutside, kLookUpFromInside) + ", for bundles " +
-         first(kLookUpTogetherFromOutside, kLookUpTogetherFromInside) +
-         (r.flags & kLookUpInScene ? ", and for single segments in scenes\n" : "\n");
+         first(kLookUpTogetherFromOutside, kLookUpTogetherFromInside) + "\n";
 }
 
 std::string horizon_summary(const HorizonView& horizon) {

@@ -26,9 +26,12 @@ struct ObjectData {
   const TraceKernels* trace;
   Horizons horizons;  // those of that hierarchy, if it has them
   const HorizonKernels* horizon;
-  // By From: whether to look up before the hierarchy is asked, segments by themselves, and together; and segments by
-  // themselves where the object is an instance of a scene.
-  bool look_up_first[3], look_up_together[3], look_up_in_scene;
+  // By From: whether to look up before the hierarchy is asked: arrays, bundles, and segments one by one.
+  bool look_up_arrays[3], look_up_bundles[3], look_up_one[3];
+  bool look_up_in_scene;  // one by one, where the object is an instance
+  // Whether what misses the hierarchy's box need not be looked up. Statistics may call it blocked, and arrays and
+  // bundles would say so.
+  bool box_first;
 
   LookUp look_up() const { return {&tree, &kernels->at_depth[record->depth - 1u]}; }
 };

@@ -29,7 +29,7 @@ struct Asked {
   uint32_t self(size_t segment) const { return begin(segment).instance; }
   // Whether to look an instance up before it is traced.
   bool looks_up(uint32_t instance) const {
-    return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_together[instance] != 0);
+    return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_bundles[instance] != 0);
   }
   bool sees(uint32_t instance) const { return scene.data.masks[instance] & query.mask; }
 };

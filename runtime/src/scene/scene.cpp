@@ -97,8 +97,8 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
     state->data.objects.push_back({tree, at_depth});
     const ObjectData* const sidecar = instance.object ? instance.object->data_ : nullptr;
     state->data.sidecars.push_back(sidecar);
-    state->data.look_up_alone.push_back(sidecar && sidecar->look_up_in_scene);
-    state->data.look_up_together.push_back(sidecar && sidecar->look_up_together[static_cast<size_t>(From::outside)]);
+    state->data.look_up_one.push_back(sidecar && sidecar->look_up_in_scene);
+    state->data.look_up_bundles.push_back(sidecar && sidecar->look_up_bundles[static_cast<size_t>(From::outside)]);
     transforms.push_back(instance.to_world);
     ToFrame& frame = state->data.to_frame.emplace_back();
     for (int a = 0; a < 3; ++a) {

@@ -29,8 +29,8 @@ struct SceneData {
   std::vector<ToFrame> to_frame;
   std::vector<LookUp> objects;              // tree null: without a sidecar that answers
   std::vector<const ObjectData*> sidecars;  // null: none
-  // Whether to look up before the hierarchy is asked: segments by themselves, and bundles.
-  std::vector<uint8_t> look_up_alone, look_up_together;
+  // Whether to look up before the hierarchy is asked: segments one by one, arrays too, and bundles.
+  std::vector<uint8_t> look_up_one, look_up_bundles;
   std::vector<Transform> to_world;
   std::vector<uint32_t> masks;  // 0: absent
 };

@@ -60,21 +60,25 @@ HWY_INLINE Entered enter(const SceneData& scene, uint32_t instance, const Segmen
   return {&object, false};
 }
 
-// What misses the hierarchy's box is not looked up, as in OccludedLookedUp().
+// Says what blocks() says.
 bool BlocksTrusted(const SceneData& scene, uint32_t instance, const Segment& segment, const Begin& begin,
                    bool look_up) noexcept {
   Moved moved;
-  const auto [object, blocked] = enter(scene, instance, segment, begin, moved);
-  if (!object) return blocked;
+  const Entered entered = enter(scene, instance, segment, begin, moved);
+  if (!entered.object) return entered.blocked;
+  const ObjectData& object = *entered.object;
+  const auto looked_up = [&](bool now) {
+    return now ? object.classify_placed(object.tree, moved.placed) : Visibility::unclassified;
+  };
+  if (const Visibility answer = looked_up(look_up && !object.box_first); answer != Visibility::unclassified)
+    return answer == Visibility::blocked;
   NearRay ray;
-  const Nearness nearness = make_near_ray(object->traced, moved.segment, ray);
+  const Nearness nearness = make_near_ray(object.traced, moved.segment, ray);
   if (nearness == Nearness::misses) return false;
-  if (look_up)
-    if (const Visibility answer = object->classify_placed(object->tree, moved.placed);
-        answer != Visibility::unclassified)
-      return answer == Visibility::blocked;
-  return nearness == Nearness::far ? occluded_scalar(object->traced, moved.segment)
-                                   : trace_from(object->traced.view, kRootUnit, ray, moved.segment);
+  if (const Visibility answer = looked_up(look_up && object.box_first); answer != Visibility::unclassified)
+    return answer == Visibility::blocked;
+  return nearness == Nearness::far ? occluded_scalar(object.traced, moved.segment)
+                                   : trace_from(object.traced.view, kRootUnit, ray, moved.segment);
 }
 
 struct SceneKernel {

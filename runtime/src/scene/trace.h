@@ -55,7 +55,7 @@ class Candidates {
     }
   }
   bool looks_up(const SceneData& scene, uint32_t instance) const {
-    return instance != begin_.instance && scene.look_up_alone[instance] != 0;
+    return instance != begin_.instance && scene.look_up_one[instance] != 0;
   }
 
  private:

@@ -104,15 +104,16 @@ enum class Method : uint8_t {
 // ObjectRecord::flags. The other bits are zero.
 inline constexpr uint16_t kPartsLeftOut = 1;  // parts of the source mesh are not in the object: see the provenance
 // Where a HIER section holds the object's triangles: look-ups before it save time for segments from outside the box, or
-// from inside. By themselves; together, as bundles (since format 1.1: before, the first two say it of both); and by
-// themselves where the object is an instance of a scene (since format 1.2: before, those of bundles say it).
+// from inside: as arrays; together, as bundles (since format 1.1: before, the first two say it); and one by one, which
+// arrays are too where the object is an instance of a scene (since format 1.2: before, the first two say it of segments
+// in the object's own frame, and in scenes those of bundles from outside).
 inline constexpr uint16_t kLookUpFromOutside = 2, kLookUpFromInside = 4;
 inline constexpr uint16_t kLookUpTogetherFromOutside = 8, kLookUpTogetherFromInside = 16;
-inline constexpr uint16_t kLookUpInScene = 32;  // from outside
+inline constexpr uint16_t kLookUpOneFromOutside = 32, kLookUpOneFromInside = 64;
 constexpr uint16_t known_object_flags(uint16_t version_minor) {
   return kPartsLeftOut | kLookUpFromOutside | kLookUpFromInside |
          (version_minor > 0 ? kLookUpTogetherFromOutside | kLookUpTogetherFromInside : 0) |
-         (version_minor > 1 ? kLookUpInScene : 0);
+         (version_minor > 1 ? kLookUpOneFromOutside | kLookUpOneFromInside : 0);
 }
 
 inline constexpr uint32_t kMostBlockLevels = 3;

@@ -120,7 +120,7 @@ class Object {
 // Whether Object::occluded() and Scene::occluded() look up before they ask a hierarchy.
 enum class LookUpFirst : uint8_t {
   as_baked,  // where the baker found that it saves time: for segments from outside, from inside the box, or neither;
-             // by themselves, in bundles, and by themselves in a scene
+             // one by one, in arrays and in bundles
   always,    // except for segments that begin on the object itself: look-ups say next to nothing of them
   never,
 };
