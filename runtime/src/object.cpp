@@ -34,6 +34,22 @@ SampleBits decide(size_t count, bool look_up, const Classify& classify, const Tr
   return blocked;
 }
 
+// Looks up those in `live` of at most kChunk segments: what is blocked goes to `blocked`, and what is unclassified
+// stays.
+void look_up(const Object& object, std::span<const Segment> segments, SampleBits& live, SampleBits& blocked) {
+  Segment asked[kChunk];
+  uint32_t number[kChunk];
+  size_t count = 0;
+  for (size_t i : live) asked[count] = segments[i], number[count++] = static_cast<uint32_t>(i);
+  Visibility answers[kChunk];
+  object.classify(std::span(asked).first(count), answers);
+  live = {};
+  for (size_t k = 0; k < count; ++k) {
+    live.set(number[k], answers[k] == Visibility::unclassified);
+    blocked.set(number[k], answers[k] == Visibility::blocked);
+  }
+}
+
 // Bundles, a chunk at a time.
 template <class Bundle>
 Bundle part_of(const Bundle& bundle, size_t first, size_t count) {
@@ -141,17 +157,13 @@ void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blo
   assert(has_words_for(segments.size(), blocked));
   for (size_t first = 0; first < segments.size(); first += kChunk) {
     const auto part = segments.subspan(first, std::min(kChunk, segments.size() - first));
-    const auto look_up = [&](auto blocked_bits, auto unclassified_bits) {
-      Visibility answers[kChunk];
-      classify(part, answers);
-      for (size_t i = 0; i < part.size(); ++i) {
-        blocked_bits[i / 64] |= uint64_t{answers[i] == Visibility::blocked} << i % 64;
-        unclassified_bits[i / 64] |= uint64_t{answers[i] == Visibility::unclassified} << i % 64;
-      }
-    };
-    decide(part.size(), data_->look_up_arrays[static_cast<size_t>(from)], look_up, [&](const SampleBits& live) {
-      return data_->trace->array(data_->traced, part.data(), live);
-    }).store(part.size(), blocked.data() + first / 64);
+    SampleBits live = SampleBits::first(part.size()), hit{};
+    if (data_->look_up_arrays[static_cast<size_t>(from)]) {
+      if (data_->box_first) live = data_->trace->without_passing(data_->traced, part.data(), live);
+      look_up(*this, part, live, hit);
+    }
+    if (live.any()) hit |= data_->trace->array(data_->traced, part.data(), live);
+    hit.store(part.size(), blocked.data() + first / 64);
   }
 }
 

@@ -59,7 +59,8 @@ constexpr TraceKernels kNoHierarchy = {
     [](const Traced&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
     [](const Traced&, const LookUpOne&, const Segment&) noexcept -> bool { fail_without_hierarchy(); },
     [](const Traced&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); },
-    [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); }};
+    [](const Traced&, const Fan&) noexcept -> SampleBits { fail_without_hierarchy(); },
+    [](const ReachBox&, const Segment*, const SampleBits&) noexcept -> SampleBits { fail_without_hierarchy(); }};
 
 // Sets look_up_arrays and its kin.
 void decide_look_ups(ObjectData& data, LookUpFirst how, uint16_t version_minor) {

@@ -42,7 +42,7 @@ HWY_INLINE Truth passes_by(const ReachBox& box, const Lanes& lanes) {
 
 // `live` without the segments that pass by the box. It tests groups all of whose segments are live: where some are not,
 // look-ups were asked before, which know of the box.
-HWY_NOINLINE SampleBits WithoutPassing(const ReachBox& box, const Segment* segments, const SampleBits& live) {
+HWY_NOINLINE SampleBits WithoutPassing(const ReachBox& box, const Segment* segments, const SampleBits& live) noexcept {
   constexpr uint64_t kGroup = (uint64_t{1} << kWidth) - 1;
   SampleBits passing{};
   for (size_t first = 0; first < kChunk; first += kWidth) {

@@ -43,7 +43,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &ToObject,
                                   &OccludedInScene,
                                   &OccludedArrayInScene,
-                                  {&Occluded, &OccludedLookedUp, &OccludedArray, &OccludedFan},
+                                  {&Occluded, &OccludedLookedUp, &OccludedArray, &OccludedFan, &WithoutPassing},
                                   {&AboveArray, &AboveFan}};
   return kernels;
 }

@@ -28,6 +28,7 @@ struct SceneNode;
 struct ToFrame;
 struct Fan;
 struct Horizons;
+struct ReachBox;
 struct ToGrid;
 struct Traced;
 
@@ -70,6 +71,8 @@ struct TraceKernels {
   // Those of `live` that are blocked; of at most kChunk segments.
   SampleBits (*array)(const Traced&, const Segment*, const SampleBits& live) noexcept;
   SampleBits (*fan)(const Traced&, const Fan&) noexcept;
+  // `live`, of at most kChunk segments, without some that pass by the box for certain.
+  SampleBits (*without_passing)(const ReachBox&, const Segment*, const SampleBits& live) noexcept;
 };
 
 // Of horizons: <horizon/above.h>.

@@ -96,6 +96,8 @@ bool one_looked_up(const Traced& object, const LookUpOne& look_up, const Segment
   return answer == Visibility::unclassified ? occluded_scalar(object, segment) : answer == Visibility::blocked;
 }
 
+SampleBits without_none(const ReachBox&, const Segment*, const SampleBits& live) noexcept { return live; }
+
 struct ScalarScene {
   static constexpr auto boxes_met = &vcd::boxes_met;
   static constexpr auto trace = &occluded_scalar;
@@ -115,20 +117,21 @@ SampleBits scene_array(const SceneData& scene, std::span<const Segment> segments
 
 template <uint32_t... kDepths>
 const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
-  static const Kernels kernels = {"scalar",
-                                  {TreeKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1, OwnGrid, GridFrame>,
-                                               &arrays_of<kDepths + 1, PlacedGrid, ToGrid>}...},
-                                  &bundle_of<QuadBundle>,
-                                  &bundle_of<SphereBundle>,
-                                  &scene_segments,
-                                  &placed_bundle,
-                                  &boxes_in_beam,
-                                  &measure,
-                                  &to_object,
-                                  &scene_one,
-                                  &scene_array,
-                                  {&occluded_scalar, &one_looked_up, &occluded_array_scalar, &occluded_fan_scalar},
-                                  {&above_array_scalar, &above_fan_scalar}};
+  static const Kernels kernels = {
+      "scalar",
+      {TreeKernels{&segments_of<kDepths + 1>, &arrays_of<kDepths + 1, OwnGrid, GridFrame>,
+                   &arrays_of<kDepths + 1, PlacedGrid, ToGrid>}...},
+      &bundle_of<QuadBundle>,
+      &bundle_of<SphereBundle>,
+      &scene_segments,
+      &placed_bundle,
+      &boxes_in_beam,
+      &measure,
+      &to_object,
+      &scene_one,
+      &scene_array,
+      {&occluded_scalar, &one_looked_up, &occluded_array_scalar, &occluded_fan_scalar, &without_none},
+      {&above_array_scalar, &above_fan_scalar}};
   return kernels;
 }
 
