@@ -12,8 +12,8 @@ inline constexpr size_t kBoxes = 16;
 
 // Empty places have boxes that nothing meets.
 struct SceneNode {
-  alignas(64) float low[3][kBoxes], high[3][kBoxes];
-  uint32_t child[kBoxes];  // a node, or an instance with kLeaf set
+  alignas(64) float side[2][3][kBoxes];  // low and high, by axis
+  uint32_t child[kBoxes];                // a node, or an instance with kLeaf set
 };
 inline constexpr uint32_t kLeaf = 0x80000000;
 inline constexpr size_t kMostSceneLevels = 16;
@@ -21,10 +21,9 @@ inline constexpr size_t kMostSceneLevels = 16;
 // A segment as the hierarchy is asked with it.
 struct SceneRay {
   float origin[3], inverse[3], t_min, t_max;
-  uint32_t first[3];  // in a node, in floats: of the sides that the segment enters by
+  uint32_t first[3];  // the side that the segment enters by
 };
-inline constexpr uint32_t kSideFloats = 3 * kBoxes;  // between a low and its high side
-inline constexpr float kBoxSlack = 0x1p-20f;         // of t: covers the rounding of a box test several times
+inline constexpr float kBoxSlack = 0x1p-20f;  // of t: covers the rounding of a box test several times
 
 // Segments from a box of origins, with a box of directions: at t they are within [origin_low + t · low, origin_high + t
 // · high].
@@ -39,22 +38,14 @@ inline bool meets(float near, float far) {
   return near - std::abs(near) * kBoxSlack <= far + std::abs(far) * kBoxSlack;
 }
 
-// By which the segment enters and leaves, along an axis.
-inline const float* first_sides(const SceneNode& node, const SceneRay& ray, int a) {
-  return node.low[0] + ray.first[a];
-}
-inline const float* last_sides(const SceneNode& node, const SceneRay& ray, int a) {
-  return node.low[0] + (2 * static_cast<uint32_t>(a) * kBoxes + kSideFloats - ray.first[a]);
-}
-
 // A bit for each box that the segment could meet.
 inline uint32_t boxes_met(const SceneNode& node, const SceneRay& ray) {
   uint32_t met = 0;
   for (size_t i = 0; i < kBoxes; ++i) {
     float near = ray.t_min, far = ray.t_max;
     for (int a = 0; a < 3; ++a) {
-      near = std::max(near, (first_sides(node, ray, a)[i] - ray.origin[a]) * ray.inverse[a]);
-      far = std::min(far, (last_sides(node, ray, a)[i] - ray.origin[a]) * ray.inverse[a]);
+      near = std::max(near, (node.side[ray.first[a]][a][i] - ray.origin[a]) * ray.inverse[a]);
+      far = std::min(far, (node.side[ray.first[a] ^ 1][a][i] - ray.origin[a]) * ray.inverse[a]);
     }
     met |= uint32_t{meets(near, far)} << i;
   }
@@ -67,8 +58,8 @@ inline uint32_t boxes_in_beam(const SceneNode& node, const SceneBeam& beam) noex
   for (size_t i = 0; i < kBoxes; ++i) {
     float near = 0, far = beam.t_max;
     for (int a = 0; a < 3; ++a) {
-      const float low = (node.high[a][i] - beam.origin_low[a]) * beam.inverse_low[a];
-      const float high = (node.low[a][i] - beam.origin_high[a]) * beam.inverse_high[a];
+      const float low = (node.side[1][a][i] - beam.origin_low[a]) * beam.inverse_low[a];
+      const float high = (node.side[0][a][i] - beam.origin_high[a]) * beam.inverse_high[a];
       (beam.inverse_low[a] < 0 ? near : far) = beam.inverse_low[a] < 0 ? std::max(near, low) : std::min(far, low);
       (beam.inverse_high[a] > 0 ? near : far) = beam.inverse_high[a] > 0 ? std::max(near, high) : std::min(far, high);
     }

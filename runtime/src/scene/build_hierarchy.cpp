@@ -93,7 +93,7 @@ class Builder {
                              : part.instances.size() == 1 ? kLeaf | part.instances[0]
                                                           : add(part.instances, level + 1);
       SceneNode& node = nodes_[at];
-      for (int a = 0; a < 3; ++a) node.low[a][k] = part.box.low[a], node.high[a][k] = part.box.high[a];
+      for (int a = 0; a < 3; ++a) node.side[0][a][k] = part.box.low[a], node.side[1][a][k] = part.box.high[a];
       node.child[k] = child;
     }
     return at;

@@ -35,8 +35,8 @@ HWY_NOINLINE uint32_t BoxesMet(const SceneNode& node, const SceneRay& ray) {
     auto near = all_boxes(ray.t_min), far = all_boxes(ray.t_max);
     for (int a = 0; a < 3; ++a) {
       const auto origin = all_boxes(ray.origin[a]), inverse = all_boxes(ray.inverse[a]);
-      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), first_sides(node, ray, a) + i), origin), inverse));
-      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), last_sides(node, ray, a) + i), origin), inverse));
+      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(Boxes(), node.side[ray.first[a]][a] + i), origin), inverse));
+      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(Boxes(), node.side[ray.first[a] ^ 1][a] + i), origin), inverse));
     }
     met |= meet(near, far) << i;
   }
@@ -55,9 +55,9 @@ HWY_NOINLINE uint32_t BoxesInBeam(const SceneNode& node, const SceneBeam& beam) 
       else far = hn::Min(far, t);
     };
     for (int a = 0; a < 3; ++a) {
-      bound(hn::Sub(hn::Load(Boxes(), node.high[a] + i), all_boxes(beam.origin_low[a])), beam.inverse_low[a],
+      bound(hn::Sub(hn::Load(Boxes(), node.side[1][a] + i), all_boxes(beam.origin_low[a])), beam.inverse_low[a],
             beam.inverse_low[a] < 0);
-      bound(hn::Sub(hn::Load(Boxes(), node.low[a] + i), all_boxes(beam.origin_high[a])), beam.inverse_high[a],
+      bound(hn::Sub(hn::Load(Boxes(), node.side[0][a] + i), all_boxes(beam.origin_high[a])), beam.inverse_high[a],
             beam.inverse_high[a] > 0);
     }
     met |= meet(near, far) << i;

@@ -28,8 +28,8 @@ size_t hierarchy_bytes(const SceneData& data) {
 ReachBox box_of(const SceneNode& root) {
   ReachBox box;
   for (int a = 0; a < 3; ++a) {
-    box.min[a] = *std::ranges::min_element(root.low[a]);
-    box.max[a] = *std::ranges::max_element(root.high[a]);
+    box.min[a] = *std::ranges::min_element(root.side[0][a]);
+    box.max[a] = *std::ranges::max_element(root.side[1][a]);
     box.reach = std::max({box.reach, std::abs(box.min[a]), std::abs(box.max[a])});
   }
   return box;

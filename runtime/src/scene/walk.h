@@ -68,7 +68,7 @@ inline SceneRay scene_ray(const Segment& segment) {
   SceneRay ray{{}, {}, segment.t_min, segment.t_max, {}};
   for (uint32_t a = 0; a < 3; ++a) {
     ray.origin[a] = segment.origin[a], ray.inverse[a] = inverse_of(segment.direction[a]);
-    ray.first[a] = a * uint32_t{kBoxes} + (ray.inverse[a] < 0 ? kSideFloats : 0);
+    ray.first[a] = ray.inverse[a] < 0;
   }
   return ray;
 }
