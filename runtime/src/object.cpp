@@ -21,19 +21,6 @@ void leave_all(size_t count, uint64_t* blocked, uint64_t* unclassified) {
   }
 }
 
-// Asks `classify` of a chunk, if that is to be done, and the hierarchy for what it leaves.
-template <class Classify, class Trace>
-SampleBits decide(size_t count, bool look_up, const Classify& classify, const Trace& trace) {
-  SampleBits live = SampleBits::first(count), blocked{};
-  if (look_up) {
-    uint64_t words[2][words_for(kChunk)] = {};
-    classify(std::span(words[0]).first(words_for(count)), std::span(words[1]).first(words_for(count)));
-    blocked = SampleBits::of(words[0]), live = SampleBits::of(words[1]);
-  }
-  if (live.any()) blocked |= trace(live);
-  return blocked;
-}
-
 // Looks up those in `live` of at most kChunk segments: what is blocked goes to `blocked`, and what is unclassified
 // stays.
 void look_up(const Object& object, std::span<const Segment> segments, SampleBits& live, SampleBits& blocked) {
@@ -101,13 +88,15 @@ void occluded_bundle(const ObjectData& object, const Bundle& bundle, uint64_t* b
                      const Classify& classify) {
   for (size_t first = 0; first < bundle.size(); first += kChunk) {
     const Bundle part = part_of(bundle, first, std::min(kChunk, bundle.size() - first));
-    const auto trace = [&](const SampleBits& live) {
-      const Directions directions(part);
-      return object.trace->fan(object.traced, fan_of(part, directions, live));
-    };
-    decide(
-        part.size(), look_up, [&](auto b, auto u) { classify(part, b, u); }, trace)
-        .store(part.size(), blocked + first / 64);
+    SampleBits live = SampleBits::first(part.size()), hit{};
+    if (look_up) {
+      uint64_t words[2][words_for(kChunk)] = {};
+      const auto some = words_for(part.size());
+      classify(part, std::span(words[0]).first(some), std::span(words[1]).first(some));
+      hit = SampleBits::of(words[0]), live = SampleBits::of(words[1]);
+    }
+    if (live.any()) hit |= object.trace->fan(object.traced, fan_of(part, Directions(part), live));
+    hit.store(part.size(), blocked + first / 64);
   }
 }
 

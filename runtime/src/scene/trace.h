@@ -48,7 +48,7 @@ class Candidates {
   template <class BoxesMet>
   uint32_t next(const SceneData& scene, const BoxesMet& boxes_met) {
     if (std::exchange(self_is_next_, false) && (scene.masks[begin_.instance] & mask_)) return begin_.instance;
-    if (segment_) ray_ = scene_ray(*std::exchange(segment_, nullptr));
+    if (!way_.has_begun()) ray_ = scene_ray(*segment_);  // of many, their own instance is all that is asked
     for (;;) {
       const uint32_t instance = way_.next(scene, mask_, [&](const SceneNode& node) { return boxes_met(node, ray_); });
       if (instance == kNoInstance || instance != begin_.instance) return instance;
@@ -60,7 +60,7 @@ class Candidates {
 
  private:
   SceneWalk way_;
-  const Segment* segment_;  // null once ray_ is made of it: of many a segment its own instance is all that is asked
+  const Segment* segment_;
   SceneRay ray_;
   Begin begin_;
   uint32_t mask_;

@@ -14,11 +14,14 @@ namespace vcd {
 // A way through the hierarchy, depth first, that stops at each instance.
 class SceneWalk {
  public:
+  bool has_begun() const { return has_begun_; }
+
   // The next instance with a bit of `mask` whose box is met; kNoInstance after the last. boxes_met(node) gives a bit
   // for each of a node's boxes.
   template <class BoxesMet>
   uint32_t next(const SceneData& scene, uint32_t mask, const BoxesMet& boxes_met) {
-    if (!begun_) begin(scene, boxes_met);
+    if (!has_begun_ && !scene.nodes.empty()) at_.met = boxes_met(scene.nodes[0]);
+    has_begun_ = true;
     for (;;) {
       while (at_.met == 0) {
         if (levels_ == 0) return kNoInstance;
@@ -40,14 +43,8 @@ class SceneWalk {
     uint32_t node, met;  // and which of its boxes are still to be looked at
   };
 
-  template <class BoxesMet>
-  void begin(const SceneData& scene, const BoxesMet& boxes_met) {
-    begun_ = true;
-    if (!scene.nodes.empty()) at_.met = boxes_met(scene.nodes[0]);
-  }
-
   At at_{0, 0};
-  bool begun_ = false;
+  bool has_begun_ = false;
   uint32_t levels_ = 0;
   At above_[kMostSceneLevels];
 };
