@@ -20,7 +20,7 @@ constexpr double kLookUpSteps = 0.65;
 constexpr double kWorthwhile = 0.97;
 // A node of a bundle serves many of its segments.
 constexpr double kLookUpStepsTogether = 2 * kLookUpSteps;
-// One by one, scattered segments wait for a tree's memory: 35 to 110 ns.
+// One by one, scattered segments wait for a tree's memory (likewise, "Looked up or not").
 constexpr double kLookUpStepsOfOne = 3;
 
 // The nodes and leaves up to the first hit.
