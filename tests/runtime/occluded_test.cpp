@@ -148,19 +148,6 @@ struct JudgedScene {
   explicit JudgedScene(LookUpFirst look_up) {
     for (const SourceMesh& source : {sphere(), leaves(60)}) baked.emplace_back(source);
     for (const Baked& b : baked) sidecars.push_back(b.open(look_up));
-    place([&](size_t, size_t object) { return sidecars[object].object(0); });
-  }
-  // Each instance with a sidecar of its own, so that their hierarchies are too large for caches.
-  JudgedScene() {
-    BakeOptions hierarchy_only;
-    hierarchy_only.method = Method::none;
-    for (int object = 0; object < 2; ++object) baked.emplace_back(leaves(1500 + 500 * object), hierarchy_only);
-    for (size_t i = 0; i < kInstances; ++i)
-      for (const Baked& b : baked) sidecars.push_back(b.open(LookUpFirst::never));
-    place([&](size_t i, size_t object) { return sidecars[2 * i + object].object(0); });
-  }
-  template <class Open>
-  void place(const Open& open) {
     FloatRandom random(12);
     for (size_t i = 0; i < kInstances; ++i) {
       Transform t{};
@@ -171,7 +158,7 @@ struct JudgedScene {
       if (i == 7)
         for (auto& row : t.rows) row[2] = 0;  // flat
       object_of.push_back(random.below(2));
-      instances.push_back(SceneInstance::of(open(i, object_of[i]), t));
+      instances.push_back(SceneInstance::of(sidecars[object_of[i]].object(0), t));
       if (i == 9) instances[i].mask = 2;
     }
   }
@@ -222,18 +209,6 @@ void expect_exact_arrays(const Scene& scene, const JudgedScene& judged) {
         ASSERT_EQ(scene.occluded(segments[i], one), expected) << i;
       }
     }
-}
-
-TEST(SceneOccluded, IsExactWhereHierarchiesAreLargerThanCaches) {
-  const JudgedScene judged;
-  size_t bytes = 0;
-  for (const Sidecar& sidecar : judged.sidecars) bytes += sidecar.contents().objects[0].hierarchy.bytes().size();
-  ASSERT_GE(bytes / 2, kStreamBytes);  // half of them are in the scene, about
-  for (const std::string& kernel : kernels()) {
-    const auto scene = Scene::build(judged.instances, kernel);
-    ASSERT_TRUE(scene.ok());
-    expect_exact_arrays(*scene, judged);
-  }
 }
 
 TEST(SceneOccluded, IsExactInTheFramesOfItsObjects) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "hierarchy/traced.h"
 
@@ -32,6 +33,7 @@ struct alignas(64) NearRay {
   float origin_error;             // 2 u S, or 0 if the origin is the segment's own
   uint32_t main, others[2];       // axes
 };
+static_assert(offsetof(NearRay, main) == 8 * 4 * sizeof(float));  // parts of four: near_rays-inl.h
 
 enum class Nearness {
   misses,  // the box; or the segment is empty

@@ -85,9 +85,9 @@ void scene_segments(const SceneData& scene, std::span<const Segment> segments, c
                     SceneAnswers answers) noexcept {
   walk_segments(scene, segments, query, answers, boxes_met, [&](const ScenePair& pair) {
     const Segment& segment = segments[pair.segment];
-    const Located at = located(placed(scene.to_grid[pair.instance], segment));
+    const Located at = located(placed(scene.instances[pair.instance].to_grid, segment));
     const Place place = place_of(at.line, segment.t_min, segment.t_max);
-    answers.take(pair, pair_answer(scene.objects[pair.instance], place, at.line, segment), place, at.length);
+    answers.take(pair, pair_answer(scene.look_ups[pair.instance], place, at.line, segment), place, at.length);
   });
 }
 
@@ -112,7 +112,10 @@ bool scene_one(const SceneData& scene, const Segment& segment, const SceneQuery&
 }
 
 SampleBits scene_array(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query) noexcept {
-  return occluded_array_in_scene<ScalarScene>(scene, segments, query, SampleBits::first(segments.size()));
+  SampleBits blocked{};
+  for (size_t i = 0; i < segments.size(); ++i)
+    blocked.set(i, occluded_in_scene<ScalarScene>(scene, segments[i], begin_of(query, i), query.mask));
+  return blocked;
 }
 
 template <uint32_t... kDepths>

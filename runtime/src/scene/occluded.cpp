@@ -29,9 +29,9 @@ struct Asked {
   uint32_t self(size_t segment) const { return begin(segment).instance; }
   // Whether to look an instance up before it is traced.
   bool looks_up(uint32_t instance) const {
-    return scene.data.objects[instance].tree && (!hierarchies || scene.data.look_up_bundles[instance] != 0);
+    return scene.data.look_ups[instance].tree && (!hierarchies || scene.data.instances[instance].look_up_bundles);
   }
-  bool sees(uint32_t instance) const { return scene.data.masks[instance] & query.mask; }
+  bool sees(uint32_t instance) const { return scene.data.instances[instance].mask & query.mask; }
 };
 
 // A chunk of segments on its way.
@@ -80,7 +80,7 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   if (!in_world && (bits & chunk.odd).any())
     for (size_t k = 0; k < runs.count; ++k) columns.set(k, *in_object(data, instance, segment_at(runs, k)));
   else if (!in_world)
-    asked.scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], runs,
+    asked.scene.kernels->to_object(data.instances[instance].to_grid, data.instances[instance].to_frame, runs,
                                    {columns.origin[0], columns.origin[1], columns.origin[2]},
                                    {columns.direction[0], columns.direction[1], columns.direction[2]});
   uint8_t blocked[kChunk] = {};
@@ -95,7 +95,8 @@ SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint
   SegmentColumns<kChunk> moved;
   for (size_t r = 0; r * kRun < chunk.count; ++r)
     if (const size_t at = r * kRun; bits.run(r) != 0)
-      scene.kernels->to_object(data.to_grid[instance], data.to_frame[instance], chunk.columns.view(at, kRun),
+      scene.kernels->to_object(data.instances[instance].to_grid, data.instances[instance].to_frame,
+                               chunk.columns.view(at, kRun),
                                {moved.origin[0] + at, moved.origin[1] + at, moved.origin[2] + at},
                                {moved.direction[0] + at, moved.direction[1] + at, moved.direction[2] + at});
   const size_t some = bits.lowest();
@@ -108,7 +109,7 @@ SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint
 // In the object's frame where that can hold the segments.
 void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits& bits) {
   SampleBits in_world{};
-  if (has_inverse(asked.scene.data.to_grid[instance])) {
+  if (has_inverse(asked.scene.data.instances[instance].to_grid)) {
     for (size_t i : bits& chunk.odd)
       if (!in_object(asked.scene.data, instance, segment_at(chunk.columns.view(i, 1), 0))) in_world.set(i);
   } else {
@@ -154,7 +155,7 @@ void walk_beam(const Asked& asked, const Chunk& chunk, const SceneBeam& beam, co
 void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t first_run, size_t runs) {
   SampleAnswers answers;
   const SampleBits now = chunk.live();
-  const LookUp& object = asked.scene.data.objects[instance];
+  const LookUp& object = asked.scene.data.look_ups[instance];
   for (size_t r = first_run; r < first_run + runs;) {
     if (now.run(r) == 0) {
       ++r;
@@ -165,7 +166,8 @@ void look_up_runs(const Asked& asked, Chunk& chunk, uint32_t instance, size_t fi
     const size_t begin = r * kRun, count = (end - r) * kRun;
     Visibility found[kChunk];
     if (asked.looks_up(instance))
-      object.kernels->placed(asked.scene.data.to_grid[instance], *object.tree, chunk.columns.view(begin, count), found);
+      object.kernels->placed(asked.scene.data.instances[instance].to_grid, *object.tree,
+                             chunk.columns.view(begin, count), found);
     else std::fill_n(found, count, Visibility::unclassified);
     for (size_t i = 0; i < count; ++i) answers.set(begin + i, found[i]);
     r = end;
@@ -258,8 +260,8 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
                                       chunk.columns.direction[2]};
   walk_beam(asked, chunk, beam_of(frame, samples), [&](uint32_t instance) {
     if (instance == self) return;
-    const LookUp& object = data.objects[instance];
-    const ToGrid& grid = data.to_grid[instance];
+    const LookUp& object = data.look_ups[instance];
+    const ToGrid& grid = data.instances[instance].to_grid;
     SampleAnswers answers{{}, chunk.live()};
     if (asked.looks_up(instance) && near_enough(grid, frame, samples)) {
       answers.unclassified = {};

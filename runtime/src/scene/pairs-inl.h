@@ -75,7 +75,7 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
   HWY_ALIGN float t_min[kWidth] = {}, t_max[kWidth] = {};
   for (size_t k = 0; k < count; ++k) {
     const Segment& segment = segments[pairs[k].segment];
-    const auto [origin, direction] = placed_parts(scene.to_grid[pairs[k].instance], segment);
+    const auto [origin, direction] = placed_parts(scene.instances[pairs[k].instance].to_grid, segment);
     hn::StoreU(origin, four, moved[k].origin);
     hn::StoreU(direction, four, moved[k].direction);
     t_min[k] = segment.t_min, t_max[k] = segment.t_max;
@@ -112,7 +112,7 @@ HWY_INLINE void classify_pairs(const SceneData& scene, std::span<const Segment> 
                         entry[k],
                         exit[k]};
     const Place at = static_cast<Place>(place[k]);
-    answers.take(pairs[k], pair_answer(scene.objects[pairs[k].instance], at, line, segments[pairs[k].segment]), at,
+    answers.take(pairs[k], pair_answer(scene.look_ups[pairs[k].instance], at, line, segments[pairs[k].segment]), at,
                  length[k]);
   }
 }

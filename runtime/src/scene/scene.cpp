@@ -16,15 +16,6 @@ namespace vcd {
 
 namespace {
 
-size_t hierarchy_bytes(const SceneData& data) {
-  std::vector<const ObjectData*> objects = data.sidecars;
-  std::sort(objects.begin(), objects.end());
-  objects.erase(std::unique(objects.begin(), objects.end()), objects.end());
-  size_t bytes = 0;
-  for (const ObjectData* object : objects) bytes += object ? object->traced.view.bytes().size() : 0;
-  return bytes;
-}
-
 ReachBox box_of(const SceneNode& root) {
   ReachBox box;
   for (int a = 0; a < 3; ++a) {
@@ -48,12 +39,13 @@ void Scene::State::set(std::span<const Transform> to_world) {
   for (size_t i = 0; i < placed.size(); ++i) {
     const Placed& one = placed[i];
     instances[i].to_world = to_world[i];
-    data.to_grid[i] = one.to_grid;
-    data.masks[i] = one.absent ? 0 : instances[i].mask;  // so that nobody asks
-    has_hierarchies &= one.absent || (data.sidecars[i] && data.sidecars[i]->traced.view);
-    uses[i] = one.absent                                         ? InstanceUse::absent
-              : has_inverse(one.to_grid) && data.objects[i].tree ? InstanceUse::asked
-                                                                 : InstanceUse::left;
+    InstanceData& instance = data.instances[i];
+    instance.to_grid = one.to_grid;
+    instance.mask = one.absent ? 0 : instances[i].mask;  // so that nobody asks
+    has_hierarchies &= one.absent || (instance.object && instance.object->traced.view);
+    uses[i] = one.absent                                          ? InstanceUse::absent
+              : has_inverse(one.to_grid) && data.look_ups[i].tree ? InstanceUse::asked
+                                                                  : InstanceUse::left;
   }
 }
 
@@ -69,7 +61,7 @@ Scene::Scene(Scene&&) noexcept = default;
 Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 size_t Scene::size() const noexcept { return state_->instances.size(); }
-uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.masks[instance]; }
+uint32_t Scene::mask(uint32_t instance) const noexcept { return state_->data.instances[instance].mask; }
 bool Scene::clear_of_self(const Segment& segment, const SceneQuery& query) const noexcept {
   return vcd::clear_of_self(state_->data, begin_of(query, 0), segment);
 }
@@ -94,21 +86,17 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
     const TreeView* tree = instance.object && instance.object->answers() ? &instance.object->data_->tree : nullptr;
     const TreeKernels* at_depth =
         tree ? &kernels_for(*tree, *state->kernels).at_depth[instance.object->record().depth - 1u] : nullptr;
-    state->data.objects.push_back({tree, at_depth});
-    const ObjectData* const sidecar = instance.object ? instance.object->data_ : nullptr;
-    state->data.sidecars.push_back(sidecar);
-    state->data.look_up_one.push_back(sidecar && sidecar->look_up_in_scene);
-    state->data.look_up_bundles.push_back(sidecar && sidecar->look_up_bundles[static_cast<size_t>(From::outside)]);
+    state->data.look_ups.push_back({tree, at_depth});
     transforms.push_back(instance.to_world);
-    ToFrame& frame = state->data.to_frame.emplace_back();
+    InstanceData& data = state->data.instances.emplace_back();
+    data.object = instance.object ? instance.object->data_ : nullptr;
+    data.look_up_one = data.object && data.object->look_up_in_scene;
+    data.look_up_bundles = data.object && data.object->look_up_bundles[static_cast<size_t>(From::outside)];
     for (int a = 0; a < 3; ++a) {
-      frame.unit[a] = (instance.box_max[a] - instance.box_min[a]) / kGrid;
-      frame.min[a] = instance.box_min[a];
+      data.to_frame.unit[a] = (instance.box_max[a] - instance.box_min[a]) / kGrid;
+      data.to_frame.min[a] = instance.box_min[a];
     }
   }
-  state->data.streams = hierarchy_bytes(state->data) >= kStreamBytes;
-  state->data.to_grid.resize(instances.size());
-  state->data.masks.resize(instances.size());
   state->uses.resize(instances.size());
   state->set(transforms);
   return Scene(std::move(state));

@@ -52,10 +52,10 @@ struct Entered {
 HWY_INLINE Entered enter(const SceneData& scene, uint32_t instance, const Segment& segment, const Begin& begin,
                          Moved& moved) {
   const ObjectData& object = traced_object(scene, instance);
-  const ToGrid& grid = scene.to_grid[instance];
+  const ToGrid& grid = scene.instances[instance].to_grid;
   if (HWY_UNLIKELY(!has_inverse(grid)))
     return {nullptr, blocks_in_world(object.traced.view, scene.to_world[instance], segment)};
-  moved = moved_to(grid, scene.to_frame[instance], segment);
+  moved = moved_to(grid, scene.instances[instance].to_frame, segment);
   if (instance == begin.instance && is_clear(object.horizons, moved.segment, begin.primitive)) return {nullptr, false};
   return {&object, false};
 }
@@ -94,6 +94,8 @@ bool OccludedInScene(const SceneData& scene, const Segment& segment, const Scene
 // A segment is asked of one instance after another.
 class SceneSource {
  public:
+  static constexpr bool kOneObject = false;
+
   SceneSource(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query)
       : scene_(scene), segments_(segments), query_(query) {}
 
@@ -135,7 +137,6 @@ class SceneSource {
 SampleBits OccludedArrayInScene(const SceneData& scene, std::span<const Segment> segments,
                                 const SceneQuery& query) noexcept {
   const SampleBits live = WithoutPassing(scene.box, segments.data(), SampleBits::first(segments.size()));
-  if (!scene.streams) return occluded_array_in_scene<SceneKernel>(scene, segments, query, live);
   SceneSource source(scene, segments, query);
   return Stream(source).blocked(live);
 }

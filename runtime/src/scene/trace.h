@@ -30,7 +30,7 @@ bool blocks(const SceneData& scene, uint32_t instance, const Segment& segment, c
   if (!in) return blocks_in_world(object.traced.view, scene.to_world[instance], segment);
   if (instance == begin.instance && is_clear(object.horizons, *in, begin.primitive)) return false;
   if (look_up && is_trusted(segment)) {
-    const Visibility answer = object.classify_placed(object.tree, placed(scene.to_grid[instance], segment));
+    const Visibility answer = object.classify_placed(object.tree, placed(scene.instances[instance].to_grid, segment));
     if (answer != Visibility::unclassified) return answer == Visibility::blocked;
   }
   return trace(object.traced, *in);
@@ -47,7 +47,7 @@ class Candidates {
   // Of a trusted segment. kNoInstance after the last.
   template <class BoxesMet>
   uint32_t next(const SceneData& scene, const BoxesMet& boxes_met) {
-    if (std::exchange(self_is_next_, false) && (scene.masks[begin_.instance] & mask_)) return begin_.instance;
+    if (std::exchange(self_is_next_, false) && (scene.instances[begin_.instance].mask & mask_)) return begin_.instance;
     if (!way_.has_begun()) ray_ = scene_ray(*segment_);  // of many, their own instance is all that is asked
     for (;;) {
       const uint32_t instance = way_.next(scene, mask_, [&](const SceneNode& node) { return boxes_met(node, ray_); });
@@ -55,7 +55,7 @@ class Candidates {
     }
   }
   bool looks_up(const SceneData& scene, uint32_t instance) const {
-    return instance != begin_.instance && scene.look_up_one[instance] != 0;
+    return instance != begin_.instance && scene.instances[instance].look_up_one;
   }
 
  private:
@@ -72,8 +72,8 @@ class Candidates {
 template <class Kernel>
 bool occluded_in_scene(const SceneData& scene, const Segment& segment, const Begin& begin, uint32_t mask) {
   if (!is_trusted(segment)) {
-    for (uint32_t i = 0; i < scene.masks.size(); ++i)
-      if ((scene.masks[i] & mask) && blocks(scene, i, segment, begin, false, Kernel::trace)) return true;
+    for (uint32_t i = 0; i < scene.instances.size(); ++i)
+      if ((scene.instances[i].mask & mask) && blocks(scene, i, segment, begin, false, Kernel::trace)) return true;
     return false;
   }
   Candidates candidates(segment, begin, mask);
@@ -82,15 +82,6 @@ bool occluded_in_scene(const SceneData& scene, const Segment& segment, const Beg
     if (instance == kNoInstance) return false;
     if (Kernel::blocks_trusted(scene, instance, segment, begin, candidates.looks_up(scene, instance))) return true;
   }
-}
-
-// The same for at most kChunk segments, one after another: those of `live` that are blocked.
-template <class Kernel>
-SampleBits occluded_array_in_scene(const SceneData& scene, std::span<const Segment> segments, const SceneQuery& query,
-                                   const SampleBits& live) {
-  SampleBits blocked{};
-  for (size_t i : live) blocked.set(i, occluded_in_scene<Kernel>(scene, segments[i], begin_of(query, i), query.mask));
-  return blocked;
 }
 
 }  // namespace vcd

@@ -30,7 +30,7 @@ class SceneWalk {
       const uint32_t child = scene.nodes[at_.node].child[std::countr_zero(at_.met)], instance = child & ~kLeaf;
       at_.met &= at_.met - 1;
       if (child & kLeaf) {
-        if (scene.masks[instance] & mask) return instance;
+        if (scene.instances[instance].mask & mask) return instance;
       } else {
         if (at_.met != 0) above_[levels_++] = at_;
         at_ = {child, boxes_met(scene.nodes[child])};
