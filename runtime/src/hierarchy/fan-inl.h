@@ -324,13 +324,14 @@ void FanTracer<kMost>::trace(uint32_t root) {
     const HierarchyNode& node = view.node(at);
     Children children;
     rest.node = &node;
-    const uint32_t held = hold_samples(children, look(node, children), rest.within);
+    const uint32_t met = look(node, children);
+    for (uint32_t left = met; left != 0; left &= left - 1) prefetch(node.child[std::countr_zero(left)]);
+    const uint32_t held = hold_samples(children, met, rest.within);
     const uint32_t leaves = held & leaves_of(node);
     rest.inner = held & ~leaves;
     for (uint32_t left = leaves; left != 0;) {
       const auto i = static_cast<size_t>(std::countr_zero(left));
       left &= left - 1;
-      if (left != 0) prefetch(node.child[std::countr_zero(left)]);
       with_leaf(view, node.child[i],
                 [&](const auto& leaf) HWY_ATTR { test(leaf, node.child[i], children.box(i), rest.within[i] & live_); });
     }
@@ -347,7 +348,6 @@ void FanTracer<kMost>::trace(uint32_t root) {
     const Bits in = rest.within[i] & live_;
     if (!in.any()) continue;
     const uint32_t child = rest.node->child[i];
-    if (rest.inner != 0) prefetch(rest.node->child[std::countr_zero(rest.inner)]);
     if (in.count() <= kFewOfNode) trace_from_each(child, in);
     else enter(child);
   }

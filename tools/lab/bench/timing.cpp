@@ -17,9 +17,11 @@ double seconds_of(const std::function<void()>& run) {
 
 std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int repetitions) {
   std::vector<std::vector<double>> seconds(variants.size());
-  for (const Variant& variant : variants) variant.run();
   for (int r = 0; r < repetitions; ++r)
-    for (size_t v = 0; v < variants.size(); ++v) seconds[v].push_back(seconds_of(variants[v].run));
+    for (size_t v = 0; v < variants.size(); ++v) {
+      variants[v].run();
+      seconds[v].push_back(seconds_of(variants[v].run));
+    }
   std::vector<Timing> timings;
   for (size_t v = 0; v < variants.size(); ++v) timings.push_back(summarize(variants[v].name, seconds[v]));
   return timings;
