@@ -145,6 +145,23 @@ py::array_t<bool> occluded(const OpenObject& self, const py::array& segments, co
   return blocked_of(asked.size(), [&](std::span<uint64_t> bits) { self.object.occluded(asked, bits, from); });
 }
 
+constexpr const char* kPrimitives =
+    "needs a uint32 array of shape (n,), the triangle that each segment begins on or 0xFFFFFFFF";
+
+py::array_t<uint8_t> classify_self(const OpenObject& self, const py::array& segments, const py::array& primitives) {
+  const auto asked = segments_of(segments);
+  const auto begin = values_of<uint32_t>(primitives, {segments.shape(0)}, "primitives", kPrimitives);
+  return answers_of(asked.size(),
+                    [&](std::span<Visibility> answers) { self.object.classify_self(asked, begin, answers); });
+}
+
+py::array_t<bool> occluded_self(const OpenObject& self, const py::array& segments, const py::array& primitives) {
+  require_hierarchy(self.object.has_hierarchy());
+  const auto asked = segments_of(segments);
+  const auto begin = values_of<uint32_t>(primitives, {segments.shape(0)}, "primitives", kPrimitives);
+  return blocked_of(asked.size(), [&](std::span<uint64_t> bits) { self.object.occluded_self(asked, begin, bits); });
+}
+
 // A bundle and the arrays that it points into.
 template <class Bundle>
 struct ArrayBundle {
@@ -164,6 +181,20 @@ py::array_t<bool> bundle_occluded(const OpenObject& self, const ArrayBundle<Bund
   const From from = from_named(start);
   return blocked_of(asked.bundle.size(),
                     [&](std::span<uint64_t> bits) { self.object.occluded(asked.bundle, bits, from); });
+}
+
+template <class Bundle>
+py::array_t<uint8_t> bundle_classify_self(const OpenObject& self, const ArrayBundle<Bundle>& asked,
+                                          uint32_t primitive) {
+  return bundle_answers(asked.bundle.size(),
+                        [&](auto, auto left) { self.object.classify_self(asked.bundle, primitive, left); });
+}
+
+template <class Bundle>
+py::array_t<bool> bundle_occluded_self(const OpenObject& self, const ArrayBundle<Bundle>& asked, uint32_t primitive) {
+  require_hierarchy(self.object.has_hierarchy());
+  return blocked_of(asked.bundle.size(),
+                    [&](std::span<uint64_t> bits) { self.object.occluded_self(asked.bundle, primitive, bits); });
 }
 
 void copy_vector(const Numbers& array, const char* name, float (&out)[3]) {
@@ -250,9 +281,14 @@ const char* use_of(const OpenScene& self, uint32_t instance) {
   return kNames[static_cast<size_t>(self.scene.use(instance))];
 }
 
-// origins: of `count` segments, or none.
-SceneQuery query_of(const OpenScene& self, uint32_t mask, const std::optional<py::array>& origins, size_t count) {
-  SceneQuery query{mask, {}};
+// origins, primitives: of `count` segments, or none.
+SceneQuery query_of(const OpenScene& self, uint32_t mask, const std::optional<py::array>& origins,
+                    const std::optional<py::array>& primitives, size_t count) {
+  SceneQuery query{mask, {}, {}};
+  if (primitives) {
+    if (!origins) throw py::value_error("primitives: without origins nothing says whose triangles they are");
+    query.primitives = values_of<uint32_t>(*primitives, {static_cast<py::ssize_t>(count)}, "primitives", kPrimitives);
+  }
   if (origins)
     query.origins = values_of<uint32_t>(*origins, {static_cast<py::ssize_t>(count)}, "origins",
                                         "needs a uint32 array of shape (n,), the instance that each segment begins on "
@@ -265,26 +301,28 @@ SceneQuery query_of(const OpenScene& self, uint32_t mask, const std::optional<py
 py::array_t<uint8_t> classify_scene(const OpenScene& self, const py::array& segments, uint32_t mask,
                                     const std::optional<py::array>& origins) {
   const auto asked = segments_of(segments);
-  const SceneQuery query = query_of(self, mask, origins, asked.size());
+  const SceneQuery query = query_of(self, mask, origins, {}, asked.size());
   return answers_of(asked.size(), [&](std::span<Visibility> answers) { self.scene.classify(asked, answers, query); });
 }
 
 py::array_t<bool> scene_occluded(const OpenScene& self, const py::array& segments, uint32_t mask,
-                                 const std::optional<py::array>& origins) {
+                                 const std::optional<py::array>& origins, const std::optional<py::array>& primitives) {
   require_hierarchy(self.scene.has_hierarchies());
   const auto asked = segments_of(segments);
-  const SceneQuery query = query_of(self, mask, origins, asked.size());
+  const SceneQuery query = query_of(self, mask, origins, primitives, asked.size());
   return blocked_of(asked.size(), [&](std::span<uint64_t> bits) { self.scene.occluded(asked, bits, query); });
 }
 
-// origin: the instance that the bundle begins on, or none.
+// origin: the instance that the bundle begins on, or none; primitive: likewise, of that instance.
 template <class Bundle>
 py::array_t<bool> scene_bundle_occluded(const OpenScene& self, const ArrayBundle<Bundle>& asked, uint32_t mask,
-                                        std::optional<uint32_t> origin) {
+                                        std::optional<uint32_t> origin, std::optional<uint32_t> primitive) {
   require_hierarchy(self.scene.has_hierarchies());
   if (origin && *origin >= self.scene.size()) throw py::index_error("origin: no such instance");
-  SceneQuery query{mask, {}};
+  if (primitive && !origin) throw py::value_error("primitive: without origin nothing says whose triangle it is");
+  SceneQuery query{mask, {}, {}};
   if (origin) query.origins = {&*origin, 1};
+  if (primitive) query.primitives = {&*primitive, 1};
   return blocked_of(asked.bundle.size(),
                     [&](std::span<uint64_t> bits) { self.scene.occluded(asked.bundle, bits, query); });
 }
@@ -298,8 +336,10 @@ void define_bundle(py::module_& module, py::class_<OpenObject>& object, py::clas
   if constexpr (!std::is_same_v<Bundle, PointBundle>)  // which is for occluded() alone
     object.def("classify", &classify_bundle<Bundle>, py::arg("bundle"));
   object.def("occluded", &bundle_occluded<Bundle>, py::arg("bundle"), py::arg("start") = "outside");
+  object.def("classify_self", &bundle_classify_self<Bundle>, py::arg("bundle"), py::arg("primitive"));
+  object.def("occluded_self", &bundle_occluded_self<Bundle>, py::arg("bundle"), py::arg("primitive"));
   scene.def("occluded", &scene_bundle_occluded<Bundle>, py::arg("bundle"), py::kw_only(), py::arg("mask") = 0xFFFFFFFFu,
-            py::arg("origin") = py::none());
+            py::arg("origin") = py::none(), py::arg("primitive") = py::none());
 }
 
 py::class_<OpenObject> define_object(py::module_& module) {
@@ -325,6 +365,16 @@ py::class_<OpenObject> define_object(py::module_& module) {
            "Whether the object blocks each segment: (n, 8) float32, or a bundle, in, (n,) bool out.\n\n"
            "What no look-up decides, the hierarchy of triangles does, exactly. start: where segments begin, "
            "\"outside\" the box, \"inside\" it, or on the object it\"self\"; it says whether to look up first. "
+           "ValueError without has_hierarchy. Releases the GIL.")
+      .def_property_readonly(
+          "has_horizons", [](const OpenObject& self) { return self.object.has_horizons(); },
+          "Whether classify_self() proves anything: the bake was asked for horizons, and they answer enough.")
+      .def("classify_self", &classify_self, py::arg("segments"), py::arg("primitives"),
+           "What horizons prove of segments that begin on the object: (n,) uint8, clear or unclassified.\n\n"
+           "primitives: (n,) uint32, the triangle that each begins on, as prepare() was given them, or 0xFFFFFFFF. Of "
+           "a bundle one. Never wrong, whatever is given. Releases the GIL.")
+      .def("occluded_self", &occluded_self, py::arg("segments"), py::arg("primitives"),
+           "The same, and what horizons leave unclassified the hierarchy decides: (n,) bool, exact.\n\n"
            "ValueError without has_hierarchy. Releases the GIL.");
   return object;
 }
@@ -373,10 +423,11 @@ py::class_<OpenScene> define_scene(py::module_& module) {
            "What look-ups say of each segment, in the world's frame: (n, 8) float32 in, (n,) uint8 of Visibility "
            "out.\n\norigins: (n,) uint32, the instance that each segment begins on or 0xFFFFFFFF. Releases the GIL.")
       .def("occluded", &scene_occluded, py::arg("segments"), py::kw_only(), py::arg("mask") = 0xFFFFFFFFu,
-           py::arg("origins") = py::none(),
+           py::arg("origins") = py::none(), py::arg("primitives") = py::none(),
            "Whether an instance blocks each segment: (n, 8) float32, or a bundle, in, (n,) bool out, exact.\n\n"
-           "A bundle has one origin, the instance that it begins on or None. ValueError where an object has no "
-           "hierarchy. Releases the GIL.");
+           "origins: as for classify(). primitives: (n,) uint32, the triangle of that instance's object that each "
+           "segment begins on or 0xFFFFFFFF, for its horizons. A bundle has one origin and one primitive, or None. "
+           "ValueError where an object has no hierarchy. Releases the GIL.");
   return scene;
 }
 

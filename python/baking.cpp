@@ -149,8 +149,8 @@ class RunningBake {
 using Baked = std::shared_ptr<baker::BakedObject>;
 
 Baked bake(const Mesh& mesh, const std::string& method, uint32_t depth, uint32_t samples, uint64_t seed,
-           unsigned threads, uint64_t budget_bytes, double budget_seconds, bool hierarchy, bool embed_geometry,
-           uint64_t audit_lines, const py::object& progress) {
+           unsigned threads, uint64_t budget_bytes, double budget_seconds, bool hierarchy, bool horizons,
+           bool embed_geometry, uint64_t audit_lines, const py::object& progress) {
   baker::BakeOptions options;
   options.method = method_named(method);
   options.depth = depth;
@@ -160,6 +160,7 @@ Baked bake(const Mesh& mesh, const std::string& method, uint32_t depth, uint32_t
   options.budget_bytes = budget_bytes;
   options.budget_seconds = budget_seconds;
   options.hierarchy = hierarchy;
+  options.horizons = horizons;
   options.embed_geometry = embed_geometry;
   options.audit_lines = audit_lines;
   return std::make_shared<baker::BakedObject>(value_or_raise(RunningBake(mesh, std::move(options)).wait(progress)));
@@ -291,15 +292,19 @@ void define_baked(py::module_& module) {
           "seconds", [](const baker::BakedObject& self) { return self.seconds; }, "Of that.")
       .def_property_readonly(
           "out_of_time", [](const baker::BakedObject& self) { return self.out_of_time; },
-          "Whether budget_seconds left cells unclassified.");
+          "Whether budget_seconds left cells unclassified.")
+      .def_property_readonly(
+          "without_horizons", [](const baker::BakedObject& self) { return self.without_horizons; },
+          "Why there are none though they were asked for, a clause; else empty.");
   module.def("bake", &bake, py::arg("mesh"), py::kw_only(), py::arg("method") = "hybrid", py::arg("depth") = 0,
              py::arg("samples") = 0, py::arg("seed") = 0, py::arg("threads") = 0, py::arg("budget_bytes") = 0,
-             py::arg("budget_seconds") = 0.0, py::arg("hierarchy") = true, py::arg("embed_geometry") = false,
-             py::arg("audit_lines") = 0, py::arg("progress") = py::none(),
+             py::arg("budget_seconds") = 0.0, py::arg("hierarchy") = true, py::arg("horizons") = false,
+             py::arg("embed_geometry") = false, py::arg("audit_lines") = 0, py::arg("progress") = py::none(),
              "Bakes one mesh.\n\n"
              "method: \"hybrid\", \"proven\", \"sampled\" or \"none\". depth: 1 to 8; 0: as deep as pays. samples: "
              "rays a cell; 0: by method. threads: 0: all. budget_bytes, budget_seconds: 0: none. hierarchy: keep the "
-             "triangles, which occluded() needs. audit_lines: fresh lines, judged in exact arithmetic.\n\n"
+             "triangles, which occluded() needs. horizons: for segments that begin on the object, see "
+             "Object.occluded_self(). audit_lines: fresh lines, judged in exact arithmetic.\n\n"
              "progress(name of the pass, fraction of it): called some twenty times a second from the caller's thread. "
              "What it raises ends the bake and passes through; so does Ctrl-C. Equal meshes and options give equal "
              "bytes. Raises UsageError, Difference (a wrong proof) or Error. Releases the GIL.");

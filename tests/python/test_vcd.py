@@ -285,6 +285,44 @@ class Asking(Case):
         with self.assertRaisesRegex(ValueError, "hierarchy"):
             vcd.Scene([bare], np.eye(3, 4, dtype=np.float32)[None]).occluded(random_segments(4))
 
+    def test_horizons(self):
+        baked = vcd.bake(self.mesh, depth=2, horizons=True)
+        self.assertEqual(baked.without_horizons, "")
+        tree = vcd.open(vcd.sidecar_bytes([baked]))[0]
+        self.assertEqual((tree.has_horizons, self.ball.has_horizons), (True, False))
+        positions, triangles = ball()
+        middle = positions[triangles].mean(axis=1)
+        out = middle / np.linalg.norm(middle, axis=1, keepdims=True)
+        side = np.random.default_rng(2).normal(size=out.shape)
+        segments = vcd.segments(middle + 1e-3 * out, (out + 0.8 * side).astype(np.float32))
+        primitives = np.arange(len(triangles), dtype=np.uint32)
+        answers = tree.classify_self(segments, primitives)
+        self.assertLessEqual(set(answers), {CLEAR, UNCLASSIFIED})
+        self.assertGreater((answers == CLEAR).mean(), 0.5)
+        dark = tree.occluded(segments, start="self")
+        self.assertEqual(len(set(dark)), 2)
+        self.assertFalse(dark[answers == CLEAR].any())
+        np.testing.assert_array_equal(tree.occluded_self(segments, primitives), dark)
+        wrong = tree.classify_self(segments, np.roll(primitives, len(primitives) // 2))
+        self.assertTrue((wrong == UNCLASSIFIED).all())
+        self.assertTrue((self.ball.classify_self(segments, primitives) == UNCLASSIFIED).all())
+        for k in range(20):
+            samples = [np.ascontiguousarray(np.full(16, segments[k, axis])) for axis in (4, 5, 6)]
+            bundle = vcd.PointBundle(segments[k, :3], *samples)
+            self.assertEqual(set(tree.classify_self(bundle, k)), {answers[k]})
+            self.assertEqual(set(tree.occluded_self(bundle, k)), {dark[k]})
+        scene = vcd.Scene([tree], np.eye(3, 4, dtype=np.float32)[None])
+        here = np.zeros(len(segments), np.uint32)
+        np.testing.assert_array_equal(scene.occluded(segments, origins=here, primitives=primitives), dark)
+        self.assertEqual(set(scene.occluded(bundle, origin=0, primitive=k)), {dark[k]})
+        for bad in (lambda: tree.classify_self(segments, primitives[:3]), lambda: tree.occluded_self(segments, here[:0]),
+                    lambda: scene.occluded(segments, primitives=primitives),
+                    lambda: scene.occluded(bundle, primitive=0)):
+            with self.assertRaisesRegex(ValueError, "primitive"):
+                bad()
+        bare = vcd.bake(self.mesh, depth=2, hierarchy=False, horizons=True)
+        self.assertNotEqual(bare.without_horizons, "")
+
     def test_bundles(self):
         random = np.random.default_rng(1)
         u, v = random.uniform(0, 1, (2, 100)).astype(np.float32)

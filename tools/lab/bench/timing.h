@@ -20,8 +20,9 @@ struct Timing {
   double minimum, median, maximum;  // seconds of one repetition
 };
 
-// Runs all variants in turn, `repetitions` times: each twice, and the second time is taken. The first finds the caches as
-// the variant before it left them, which is worse after one that reads other memory than after one that reads the same.
+// Runs all variants in turn, `repetitions` times: each twice, and the second time is taken. The first finds the caches
+// as the variant before it left them, which is worse after one that reads other memory than after one that reads the
+// same.
 std::vector<Timing> time_interleaved(const std::vector<Variant>& variants, int repetitions);
 
 // seconds: at least one.
