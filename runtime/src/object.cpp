@@ -176,7 +176,7 @@ bool Object::has_hierarchy() const noexcept { return static_cast<bool>(data_->tr
 bool Object::has_horizons() const noexcept { return static_cast<bool>(data_->horizons.view); }
 
 Visibility Object::classify_self(const Segment& segment, uint32_t primitive) const noexcept {
-  return is_clear(data_->horizons, segment, primitive) ? Visibility::clear : Visibility::unclassified;
+  return data_->horizon->one(data_->horizons, segment, primitive) ? Visibility::clear : Visibility::unclassified;
 }
 
 bool Object::occluded_self(const Segment& segment, uint32_t primitive) const noexcept {

@@ -223,8 +223,10 @@ TEST_F(HorizonTest, EveryKernelGivesTheAnswersOfTheRule) {
     for (const size_t some : {segments.size(), size_t{1}, size_t{17}, size_t{256}, size_t{300}}) {
       std::vector<Visibility> answers(some);
       object.classify_self(std::span(segments).first(some), primitives, answers);
-      for (size_t i = 0; i < some; ++i)
+      for (size_t i = 0; i < some; ++i) {
         ASSERT_EQ(answers[i], reference.object(0).classify_self(segments[i], primitives[i])) << kernel << " " << i;
+        ASSERT_EQ(answers[i], object.classify_self(segments[i], primitives[i])) << kernel << " " << i;
+      }
     }
     std::vector<uint64_t> blocked((segments.size() + 63) / 64);
     object.occluded_self(segments, primitives, blocked);

@@ -1,4 +1,4 @@
-// The same operations in the same order as clear_of_horizon(), a segment in each lane.
+// The same operations in the same order as clear_of_horizon(): of one segment, and a segment in each lane.
 #if defined(VCD_RUNTIME_HORIZON_ABOVE_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef VCD_RUNTIME_HORIZON_ABOVE_INL_H
 #undef VCD_RUNTIME_HORIZON_ABOVE_INL_H
@@ -7,6 +7,10 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include <hwy/cache_control.h>
 
 #include "horizon/above.h"
 #include "lookup/lanes-inl.h"
@@ -106,6 +110,96 @@ HWY_INLINE Azimuths azimuths(const FrameLanes& f, const Floats (&direction)[3]) 
 HWY_INLINE Truth is_above(const Azimuths& at, Floats slope, Truth never) {
   const Truth steep = hn::Ge(at.up, hn::Mul(hn::Mul(slope, slope), at.flat));
   return hn::And(at.good, hn::Or(hn::And(at.upright, hn::Not(never)), hn::AndNot(at.upright, steep)));
+}
+
+// The corners of corners_at(), of small and large leaves alike: those of V vertices hold x of all of them, then y, then
+// z, then the first corners of 16 triangles, then the second, then the third.
+struct Corners {
+  hn::Vec<hn::FixedTag<float, 4>> p, q, r;  // and a fourth lane that says nothing
+};
+HWY_INLINE Corners corners_of(const HierarchyView& hierarchy, uint32_t place) {
+  const hn::FixedTag<float, 4> d;
+  const uint32_t vertices = place & kPlaceLarge ? kLargeVertices : kNodeWidth;
+  const std::byte* const leaf = hierarchy.units + size_t{place & kPlaceUnitMask} * kUnitBytes;
+  for (size_t unit = 0; unit < sizeof(SmallLeaf) / kUnitBytes; ++unit) hwy::Prefetch(leaf + unit * kUnitBytes);
+  const auto* const x = reinterpret_cast<const float*>(leaf);
+  const auto* const corner = reinterpret_cast<const uint8_t*>(leaf) + 12 * vertices + triangle_of(place);
+  const auto vertex = [&](uint8_t v) HWY_ATTR {
+    const float* const at = x + (v & (vertices - 1));
+    return hn::InsertLane(hn::InsertLane(hn::Set(d, at[0]), 1, at[vertices]), 2, at[2 * vertices]);
+  };
+  const uint32_t turned = place >> 31;
+  return {vertex(corner[0]), vertex(corner[kNodeWidth * (1 + turned)]), vertex(corner[kNodeWidth * (2 - turned)])};
+}
+static_assert(offsetof(SmallLeaf, corner) == 12 * kNodeWidth && offsetof(LargeLeaf, corner) == 12 * kLargeVertices);
+
+// clear_of_horizon(), the sums of several vectors at a time; without branches that scattered segments would mispredict.
+HWY_INLINE bool is_clear(const Horizons& horizons, const Segment& segment, uint32_t primitive) {
+  if (!horizons.view || primitive >= horizons.view.header().entries) return false;
+  const HorizonEntry& entry = horizons.view.entries()[primitive];
+  const hn::FixedTag<float, 4> d;
+  const auto set = [](float x) HWY_ATTR { return hn::Set(hn::FixedTag<float, 4>(), x); };
+  const auto bits = [](auto mask) HWY_ATTR {
+    uint8_t bytes[8] = {};
+    hn::StoreMaskBits(hn::FixedTag<float, 4>(), mask, bytes);
+    return bytes[0] & 7u;  // of three components
+  };
+  HWY_ALIGN static constexpr uint32_t kYzx[4] = {1, 2, 0, 3};
+  const auto yzx = [&](auto v) HWY_ATTR { return hn::TableLookupLanes(v, hn::SetTableIndices(d, kYzx)); };
+  const auto most_of = [](auto v) HWY_ATTR {
+    return std::max(std::max(hn::GetLane(v), hn::ExtractLane(v, 1)), hn::ExtractLane(v, 2));
+  };
+
+  // make_horizon_frame()
+  const auto [p, q, r] = corners_of(horizons.hierarchy, entry.place);
+  const auto a = hn::Sub(q, p), b = hn::Sub(r, p);
+  const auto cross = yzx(hn::Sub(hn::Mul(a, yzx(b)), hn::Mul(yzx(a), b))), squares = hn::Mul(cross, cross);
+  const float area2 = hn::GetLane(squares) + hn::ExtractLane(squares, 1) + hn::ExtractLane(squares, 2);
+  bool good = (area2 >= horizon::kLeastArea2) & (area2 <= horizon::kMostArea2);
+  const auto normal = hn::Div(cross, hn::Sqrt(set(area2)));
+  const float n[3] = {hn::GetLane(normal), hn::ExtractLane(normal, 1), hn::ExtractLane(normal, 2)};
+  const float sign = std::copysign(1.0f, n[2]), c = -1.0f / (sign + n[2]), nnc = n[0] * n[1] * c;
+  const float x[3] = {1.0f + sign * n[0] * n[0] * c, sign * nnc, -sign * n[0]},
+              y[3] = {nnc, sign + n[1] * n[1] * c, -n[1]};
+  const float size = most_of(hn::Max(hn::Abs(a), hn::Abs(b)));
+
+  // begins_above(), and the sums of is_above(): in the lanes the second corner, the third, the begin, the direction.
+  const auto direction = hn::LoadU(d, segment.direction), from = hn::Sub(hn::LoadU(d, segment.origin), p),
+             moved = hn::Mul(set(segment.t_min), direction), near = set(horizon::kNear * size);
+  good &= bits(hn::And(hn::Le(hn::Abs(from), near), hn::Le(hn::Abs(moved), near))) == 7;
+  const auto begin = hn::Add(from, moved);
+  const auto ab_low = hn::InterleaveLower(d, a, b), ab_high = hn::InterleaveUpper(d, a, b),
+             bd_low = hn::InterleaveLower(d, begin, direction), bd_high = hn::InterleaveUpper(d, begin, direction);
+  const auto e0 = hn::ConcatLowerLower(d, bd_low, ab_low), e1 = hn::ConcatUpperUpper(d, bd_low, ab_low),
+             e2 = hn::ConcatLowerLower(d, bd_high, ab_high);
+  const auto sums = [&](const float(&axis)[3]) HWY_ATTR {
+    return hn::Add(hn::Add(hn::Mul(set(axis[0]), e0), hn::Mul(set(axis[1]), e1)), hn::Mul(set(axis[2]), e2));
+  };
+  const auto us = sums(x), vs = sums(y), ws = sums(n);
+  const float top = std::max(std::max(hn::GetLane(ws), hn::ExtractLane(ws, 1)), 0.0f);
+  good &= hn::ExtractLane(ws, 2) - top >= horizon::kLowest * size;
+  const auto two = hn::FirstN(d, 2);
+  const auto u_next = hn::IfThenElseZero(two, us), v_next = hn::IfThenElseZero(two, vs),
+             u_this = hn::ShiftLeftLanes<1>(d, u_next), v_this = hn::ShiftLeftLanes<1>(d, v_next);
+  const auto edge = hn::Sub(hn::Mul(hn::Sub(u_next, u_this), hn::Sub(hn::Broadcast<2>(vs), v_this)),
+                            hn::Mul(hn::Sub(v_next, v_this), hn::Sub(hn::Broadcast<2>(us), u_this)));
+  good &= bits(hn::Ge(edge, set(horizon::kInside * size * size))) == 7;
+
+  // is_above(). What horizon_sector() takes from 3, 7 or 15 has no other bits.
+  const float length = most_of(hn::Abs(direction));
+  const float u = hn::ExtractLane(us, 3), v = hn::ExtractLane(vs, 3), w = hn::ExtractLane(ws, 3);
+  const float flat = u * u + v * v, up = w * w, wide = std::fabs(u), high = std::fabs(v);
+  const auto some = [](bool condition, uint32_t number) { return (0u - uint32_t{condition}) & number; };
+  const uint32_t sector = some(std::min(wide, high) > horizon::kTan * std::max(wide, high), 1) ^ some(high > wide, 3) ^
+                          some(u < 0, 7) ^ some(v < 0, 15);
+  const uint64_t codes = codes_of(entry);
+  const float k = horizons.view.header().slope[table_of(entry.place)][horizon_code(codes, sector)];
+  const bool upright = flat < horizon::kUpright * up, steep = up >= k * k * flat;
+  return good & (length >= horizon::kShortest) & (length <= horizon::kLongest) & (w > 0) &
+         ((upright & !has_never(codes)) | (!upright & steep));
+}
+bool IsClear(const Horizons& horizons, const Segment& segment, uint32_t primitive) noexcept {
+  return is_clear(horizons, segment, primitive);
 }
 
 HWY_INLINE uint64_t bits_of(Truth truth) {

@@ -14,9 +14,8 @@ struct Horizons {
   HierarchyView hierarchy{};
 };
 
-// clear_of_horizon(), where there are any; without a branch that scattered segments would mispredict.
-bool is_clear(const Horizons& horizons, const Segment& segment, uint32_t primitive) noexcept;
-
+// clear_of_horizon(), where there are any.
+bool is_clear_scalar(const Horizons& horizons, const Segment& segment, uint32_t primitive) noexcept;
 // Those of at most kChunk segments that are clear; primitives[i] is what segment i begins on.
 SampleBits above_array_scalar(const Horizons& horizons, const Segment* segments, const uint32_t* primitives,
                               size_t count) noexcept;

@@ -44,7 +44,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
                                   &OccludedInScene,
                                   &OccludedArrayInScene,
                                   {&Occluded, &OccludedLookedUp, &OccludedArray, &OccludedFan, &WithoutPassing},
-                                  {&AboveArray, &AboveFan}};
+                                  {&IsClear, &AboveArray, &AboveFan}};
   return kernels;
 }
 const Kernels& TargetKernels() { return kernels_of(std::make_integer_sequence<uint32_t, kMaxDepth>()); }

@@ -77,6 +77,7 @@ struct TraceKernels {
 
 // Of horizons: <horizon/above.h>.
 struct HorizonKernels {
+  bool (*one)(const Horizons&, const Segment&, uint32_t primitive) noexcept;
   SampleBits (*array)(const Horizons&, const Segment*, const uint32_t* primitives, size_t count) noexcept;
   SampleBits (*fan)(const Horizons&, const Fan&, uint32_t primitive) noexcept;
 };

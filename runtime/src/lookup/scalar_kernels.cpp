@@ -134,7 +134,7 @@ const Kernels& kernels_of(std::integer_sequence<uint32_t, kDepths...>) {
       &scene_one,
       &scene_array,
       {&occluded_scalar, &one_looked_up, &occluded_array_scalar, &occluded_fan_scalar, &without_none},
-      {&above_array_scalar, &above_fan_scalar}};
+      {&is_clear_scalar, &above_array_scalar, &above_fan_scalar}};
   return kernels;
 }
 

@@ -42,7 +42,7 @@ inline bool clear_of_self(const SceneData& scene, const Begin& begin, const Segm
   const ObjectData* const object = scene.instances[begin.instance].object;
   if (!object || !object->horizons.view) return false;
   const std::optional<Segment> moved = in_object(scene, begin.instance, segment);
-  return moved && is_clear(object->horizons, *moved, begin.primitive);
+  return moved && object->horizon->one(object->horizons, *moved, begin.primitive);
 }
 
 }  // namespace vcd

@@ -11,6 +11,7 @@
 
 #include "hierarchy/array-inl.h"
 #include "hierarchy/trace-inl.h"
+#include "horizon/above-inl.h"
 #include "lookup/grids-inl.h"
 #include "scene/pairs-inl.h"
 #include "scene/trace.h"

@@ -28,7 +28,7 @@ bool blocks(const SceneData& scene, uint32_t instance, const Segment& segment, c
   const ObjectData& object = traced_object(scene, instance);
   const std::optional<Segment> in = in_object(scene, instance, segment);
   if (!in) return blocks_in_world(object.traced.view, scene.to_world[instance], segment);
-  if (instance == begin.instance && is_clear(object.horizons, *in, begin.primitive)) return false;
+  if (instance == begin.instance && is_clear_scalar(object.horizons, *in, begin.primitive)) return false;
   if (look_up && is_trusted(segment)) {
     const Visibility answer = object.classify_placed(object.tree, placed(scene.instances[instance].to_grid, segment));
     if (answer != Visibility::unclassified) return answer == Visibility::blocked;
