@@ -6,9 +6,6 @@
 #define VCD_RUNTIME_HIERARCHY_NEAR_RAYS_INL_H
 #endif
 
-#include <array>
-#include <cstring>
-
 #include "hierarchy/box_lanes-inl.h"
 #include "hierarchy/near_ray-inl.h"
 
