@@ -340,6 +340,7 @@ void define_baking(py::module_& module) {
 PYBIND11_MODULE(_native, module) {
   module.doc() = "The compiled part of vcd.";
   vcd::python::define_asking(module);
+  vcd::python::define_opening(module);
   vcd::python::define_store(module);
   vcd::python::define_baking(module);
 }

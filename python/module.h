@@ -5,8 +5,9 @@
 
 namespace vcd::python {
 
-void define_asking(pybind11::module_& module);  // sidecars, objects, bundles, scenes
-void define_store(pybind11::module_& module);   // folders of sidecars
-void define_baking(pybind11::module_& module);  // meshes, bakes, files, verification
+void define_asking(pybind11::module_& module);   // objects, bundles, scenes
+void define_opening(pybind11::module_& module);  // sidecars
+void define_store(pybind11::module_& module);    // folders of sidecars
+void define_baking(pybind11::module_& module);   // meshes, bakes, files, verification
 
 }  // namespace vcd::python
