@@ -11,13 +11,13 @@
 namespace vcd::preload {
 namespace {
 
-struct State {
+struct Known {
   std::mutex mutex;
   std::map<GeometryHash, std::optional<Object>> by_fingerprint;
   MeshCounts counts;
 };
-State& state() {
-  static State& kept = *new State;  // never destroyed: threads may still commit at exit
+Known& known() {
+  static Known& kept = *new Known;  // never destroyed: threads may still commit at exit
   return kept;
 }
 
@@ -82,7 +82,7 @@ std::optional<Object> look_up(const Mesh& mesh, bool& exported) {
 
 std::optional<Object> sidecar_of(const Mesh& mesh) {
   const GeometryHash fingerprint = fingerprint_of(mesh);
-  State& s = state();
+  Known& s = known();
   {
     const std::lock_guard lock(s.mutex);
     const auto found = s.by_fingerprint.find(fingerprint);
@@ -100,8 +100,8 @@ std::optional<Object> sidecar_of(const Mesh& mesh) {
 }
 
 MeshCounts mesh_counts() {
-  const std::lock_guard lock(state().mutex);
-  return state().counts;
+  const std::lock_guard lock(known().mutex);
+  return known().counts;
 }
 
 }  // namespace vcd::preload

@@ -133,8 +133,6 @@ bool is_mesh(const Geometry& geometry) {
          geometry.time_steps == 1 && !geometry.odd && is_plain(geometry.mesh);
 }
 
-constexpr Transform kIdentity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-
 // A mesh that keeps changing and never has a sidecar is animated: it is no longer read.
 constexpr unsigned kMostMisses = 4;
 

@@ -13,8 +13,6 @@
 namespace vcd::preload {
 namespace {
 
-constexpr Transform kIdentity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-
 bool is_finite(const Segment& s) {
   float sum = 0;  // of zeros, or not a number
   for (int a = 0; a < 3; ++a) sum += s.origin[a] * 0 + s.direction[a] * 0;

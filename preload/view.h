@@ -15,6 +15,8 @@
 
 namespace vcd::preload {
 
+constexpr Transform kIdentity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
 // A scene's content as it was committed. Never changes, so that any number of threads may ask at once.
 //
 // Its meshes with sidecars are asked first. What meets none of them, Embree traces through the rest: a scene of its own

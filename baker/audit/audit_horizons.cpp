@@ -15,7 +15,6 @@
 namespace vcd::baker {
 namespace {
 
-constexpr uint64_t kBatch = 1024;
 constexpr int kHalvings = 26;
 
 class Asker {
@@ -87,11 +86,12 @@ HorizonAudit audit_horizons(const PreparedMesh& mesh, const HierarchyView& hiera
   const Referee referee(mesh);
   Stop stop(ask);
   std::atomic<uint64_t> clear = 0, wrong = 0;
-  const uint64_t batches = (segments + kBatch - 1) / kBatch;
+  constexpr uint64_t kTogether = 1024;  // segments that share a generator
+  const uint64_t batches = (segments + kTogether - 1) / kTogether;
   tbb::parallel_for(uint64_t{0}, batches, [&](uint64_t batch) {
     if (stop.now()) return;
     Asker asker(hierarchy, horizon, batch + 1);
-    for (uint64_t i = batch * kBatch; i < std::min(segments, (batch + 1) * kBatch); ++i) {
+    for (uint64_t i = batch * kTogether; i < std::min(segments, (batch + 1) * kTogether); ++i) {
       Segment segment;
       if (!asker.next(i % 2 != 0, segment)) continue;
       ++clear, wrong += referee.occluded(segment);

@@ -17,7 +17,6 @@ namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kBins = 16;
-constexpr uint32_t kOwnTask = 2048;     // triangles of a subtree that is worth a task of its own
 constexpr uint32_t kShared = 1u << 16;  // triangles of a node that threads look at together
 
 struct Reference {

@@ -7,8 +7,6 @@
 namespace vcd::baker {
 namespace {
 
-constexpr uint32_t kOwnTask = 2048;  // triangles of a subtree that is worth a task of its own
-
 // The distinct vertices of a subtree that may be a leaf, ascending.
 struct Vertices {
   std::array<uint32_t, kLargeVertices> index;

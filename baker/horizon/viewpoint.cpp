@@ -12,7 +12,7 @@ namespace {
 constexpr float kMostReach = 0x1p20f;
 
 // Of half a sector, 11.25°, and 2^-11 more: floats cannot turn the azimuth of a direction by so much.
-constexpr double kTangent = 0.19942002;
+constexpr double kSectorTangent = 0.19942002;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -36,7 +36,7 @@ double look_along(const Points& points, uint32_t sector, InSector& at) {
   double least = kInfinity;
   for (size_t i = 0; i < kMostPoints; ++i) {
     const double f = cu * points.u[i] + cv * points.v[i], side = cu * points.v[i] - cv * points.u[i],
-                 wide = kTangent * f + 2 * points.error;
+                 wide = kSectorTangent * f + 2 * points.error;
     at.f[i] = f, at.a[i] = wide - side, at.b[i] = wide + side;
     least = std::min(least, f);
   }

@@ -12,14 +12,11 @@
 #include "ingest/gltf_left_out.h"
 #include "ingest/gltf_nodes.h"
 #include "ingest/gltf_primitive.h"
+#include "ingest/text.h"
 
 namespace vcd::baker {
 
 namespace {
-
-std::string counted(size_t number, const char* singular, const char* plural) {
-  return std::to_string(number) + " " + (number == 1 ? singular : plural);
-}
 
 class GltfReader {
  public:

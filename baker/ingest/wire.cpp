@@ -52,9 +52,9 @@ class Writer {
   int file_;
 };
 
-class Reader {
+class WireReader {
  public:
-  Reader(int file, uint64_t size) : file_(file), remaining_(size) {}
+  WireReader(int file, uint64_t size) : file_(file), remaining_(size) {}
 
   uint64_t remaining() const { return remaining_; }
 
@@ -117,7 +117,7 @@ bool is_sound(const SceneLight& light) {
          std::ranges::all_of(light.half_edges, finite);
 }
 
-bool read_ingested(Reader& reader, Ingested& ingested) {
+bool read_ingested(WireReader& reader, Ingested& ingested) {
   constexpr size_t kLeastMesh = 9 * sizeof(uint64_t);
   uint64_t mesh_count = 0;
   if (!reader.count(mesh_count, kLeastMesh)) return false;
@@ -188,7 +188,7 @@ bool write_result(int file, const Result<Ingested>& result) {
 std::optional<Result<Ingested>> read_result(int file) {
   struct stat status;
   if (::fstat(file, &status) != 0 || status.st_size < 0) return std::nullopt;
-  Reader reader(file, static_cast<uint64_t>(status.st_size));
+  WireReader reader(file, static_cast<uint64_t>(status.st_size));
   uint64_t begin = 0;
   uint64_t code = 0;
   if (!reader.number(begin) || begin != kBegin || !reader.number(code)) return std::nullopt;

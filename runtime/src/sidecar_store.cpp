@@ -29,17 +29,17 @@ Result<std::vector<fs::path>> sidecars_below(const fs::path& folder) {
   return files;
 }
 
-struct StoredFile {
-  explicit StoredFile(const fs::path& at) : path(at) {}
-
-  fs::path path;
-  std::once_flag once;
-  std::optional<Result<Sidecar>> opened;
-};
-
 }  // namespace
 
 struct SidecarStore::State {
+  struct StoredFile {
+    explicit StoredFile(const fs::path& at) : path(at) {}
+
+    fs::path path;
+    std::once_flag once;
+    std::optional<Result<Sidecar>> opened;
+  };
+
   OpenOptions options;
   std::deque<StoredFile> files;  // of which one is opened does not move
   std::map<GeometryHash, StoredFile*> by_geometry;
@@ -80,7 +80,7 @@ Result<SidecarStore> SidecarStore::open(std::span<const fs::path> folders, const
 Result<std::optional<Object>> SidecarStore::find(const GeometryHash& geometry) const {
   const auto found = state_->by_geometry.find(geometry);
   if (found == state_->by_geometry.end()) return std::optional<Object>();
-  StoredFile& file = *found->second;
+  State::StoredFile& file = *found->second;
   std::call_once(file.once, [&] { file.opened = Sidecar::open(file.path, state_->options); });
   if (!*file.opened) return file.opened->error();
   const std::optional<Object> object = file.opened->value().find(geometry);

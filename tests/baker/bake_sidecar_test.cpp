@@ -22,14 +22,14 @@ MeshToBake in_memory(const SourceMesh& mesh) {
   return {mesh.name, {mesh.positions.data(), mesh.positions.size()}, {mesh.triangles.data(), mesh.triangles.size()}};
 }
 
-SidecarOptions quick() { return {.method = Method::proven, .depth = 2, .audit_lines = 1000}; }
+SidecarOptions proven_quickly() { return {.method = Method::proven, .depth = 2, .audit_lines = 1000}; }
 
 bool equal(const AlignedBytes& a, Bytes b) { return std::ranges::equal(Bytes(a.data.get(), a.size), b); }
 
 TEST(BakeSidecar, GivesWhatTheBakerAndTheWriterGive) {
   const SourceMesh meshes[] = {cube(), sphere()};
   const MeshToBake given[] = {in_memory(meshes[0]), in_memory(meshes[1])};
-  SidecarOptions options = quick();
+  SidecarOptions options = proven_quickly();
   options.provenance = {{"exporter", "a test"}};
   const auto bytes = bake_sidecar(given, options);
   ASSERT_TRUE(bytes) << bytes.error().message;
@@ -64,7 +64,7 @@ TEST(BakeSidecar, TakesTheArraysOfProgramsAsTheyAre) {
   const uint16_t quad[] = {0, 1, 2, 3};
   const MeshToBake mesh{
       "quad", {corners, 4, sizeof(Vertex)}, {.first = quad, .count = 1, .corners = 4, .index_size = 2}};
-  const auto bytes = bake_sidecar({&mesh, 1}, quick());
+  const auto bytes = bake_sidecar({&mesh, 1}, proven_quickly());
   ASSERT_TRUE(bytes) << bytes.error().message;
   const auto sidecar = Sidecar::open_buffer({bytes->data.get(), bytes->size});
   ASSERT_TRUE(sidecar);
@@ -78,7 +78,7 @@ TEST(BakeSidecar, TellsItsProgressAndStops) {
   std::set<size_t> seen;
   std::set<std::string> passes;
   double most = 0;
-  SidecarOptions options = quick();
+  SidecarOptions options = proven_quickly();
   options.progress = [&](size_t mesh, std::string_view pass, double done) {
     seen.insert(mesh), passes.emplace(pass), most = std::max(most, done);
   };
@@ -102,18 +102,18 @@ TEST(BakeSidecar, NamesTheMeshThatIsWrong) {
     const auto bytes = bake_sidecar({&mesh, 1}, options);
     return bytes ? Error{} : bytes.error();
   };
-  SidecarOptions too_deep = quick();
+  SidecarOptions too_deep = proven_quickly();
   too_deep.depth = 9;
   EXPECT_EQ(fault(too_deep).code, ErrorCode::usage);
   mesh.faces.corners = 5;
-  EXPECT_EQ(fault(quick()).code, ErrorCode::usage);
-  EXPECT_NE(fault(quick()).message.find("cube"), std::string::npos);
+  EXPECT_EQ(fault(proven_quickly()).code, ErrorCode::usage);
+  EXPECT_NE(fault(proven_quickly()).message.find("cube"), std::string::npos);
   mesh = in_memory(source);
   mesh.positions.count = 3;
-  EXPECT_EQ(fault(quick()).code, ErrorCode::usage);
-  EXPECT_NE(fault(quick()).message.find("cube"), std::string::npos);
+  EXPECT_EQ(fault(proven_quickly()).code, ErrorCode::usage);
+  EXPECT_NE(fault(proven_quickly()).message.find("cube"), std::string::npos);
   mesh.faces.count = 0;
-  EXPECT_EQ(fault(quick()).code, ErrorCode::invalid_file);
+  EXPECT_EQ(fault(proven_quickly()).code, ErrorCode::invalid_file);
 }
 
 }  // namespace

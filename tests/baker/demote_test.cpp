@@ -169,6 +169,7 @@ TEST(DemoteMerge, KnowsEveryLayoutAndClass) {
     const TreeView before = contents->objects[0].tree;
     const uint64_t smallest = before.shape.least_bytes();
     for (uint64_t spare : {0, 64, 1000, 3000, 20000}) {
+      if (kSanitized && depth > 5 && spare != 1000) continue;
       const TreeArrays after = demote_merge(arrays_of(before, depth), smallest + spare).tree;
       EXPECT_LE(after.view().bytes(), smallest + spare) << depth;
       expect_weaker_everywhere(before, after.view());

@@ -106,15 +106,15 @@ BlockedProofs proofs_of(SourceMesh source) {
   return count_blocked_proofs(ProvenClassifier(grid, *tracer, {}), mesh, health_of(mesh), 5);
 }
 // Without a hole at its poles.
-SourceMesh closed_sphere() { return on_grid(sphere(12, 24), 0x1p-8f); }
+SourceMesh watertight_sphere() { return on_grid(sphere(12, 24), 0x1p-8f); }
 
 TEST(BlockedProofs, FailAtBoundariesOnlyWhereThereAreAny) {
-  const BlockedProofs whole = proofs_of(closed_sphere());
+  const BlockedProofs whole = proofs_of(watertight_sphere());
   EXPECT_GT(whole.look_blocked, 500u);
   EXPECT_GT(whole.proven, whole.look_blocked / 2);
   EXPECT_EQ(whole.at_boundary + whole.at_nonmanifold, 0u);
 
-  const BlockedProofs torn = proofs_of(without(closed_sphere(), [](size_t t) { return t % 7 == 0; }));
+  const BlockedProofs torn = proofs_of(without(watertight_sphere(), [](size_t t) { return t % 7 == 0; }));
   EXPECT_GT(torn.at_boundary, torn.look_blocked / 20);
   EXPECT_EQ(torn.at_nonmanifold, 0u);
   EXPECT_LT(torn.proven * whole.look_blocked, whole.proven * torn.look_blocked);
@@ -122,7 +122,7 @@ TEST(BlockedProofs, FailAtBoundariesOnlyWhereThereAreAny) {
 }
 
 TEST(BlockedProofs, FailAtEdgesOfThreeTriangles) {
-  SourceMesh mesh = closed_sphere();
+  SourceMesh mesh = watertight_sphere();
   for (size_t t = 0, count = mesh.triangles.size(); t < count; ++t) {  // a fin inwards at one edge of each
     Position tip{};
     for (const uint32_t corner : mesh.triangles[t])

@@ -13,8 +13,8 @@ using namespace baker;
 namespace {
 
 constexpr long double kGuard = 0.05L;
-constexpr int kCells = 250;  // a mesh
-constexpr int kLines = 40;   // a cell, of each kind
+constexpr int kCells = 250;     // a mesh
+constexpr int kCellLines = 40;  // a cell, of each kind
 
 struct Tally {
   int cells[3] = {};
@@ -42,9 +42,9 @@ class Judge {
           << static_cast<double>(s.from[2]) << " to " << static_cast<double>(s.to[0]) << " "
           << static_cast<double>(s.to[1]) << " " << static_cast<double>(s.to[2]);
     };
-    for (int i = 0; i < kLines; ++i) ask(any_segment(squares, random));
+    for (int i = 0; i < kCellLines; ++i) ask(any_segment(squares, random));
     if (near.empty()) return;
-    for (int i = 0; i < 3 * kLines; ++i) {
+    for (int i = 0; i < 3 * kCellLines; ++i) {
       const auto& t = near[random.below(static_cast<uint32_t>(near.size()))];
       const uint32_t corner = random.below(3), kind = random.below(3);
       const long double v = kind == 0 ? 0 : random.uniform(), w = kind == 2 ? (1 - v) * random.uniform() : 0;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <random>
 #include <vector>
 
@@ -14,13 +13,11 @@
 #include <vcd/baker/tracer.h>
 
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 // Another way to the exact answer, by rationals: Cramer's rule for the line and the plane; for lines in the plane,
 // crossings with the edges in the projection that shows the triangle largest.

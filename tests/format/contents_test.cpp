@@ -15,6 +15,7 @@
 
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
@@ -40,7 +41,7 @@ bool found(std::span<const Finding> findings, FindingId id) {
 }
 
 // A file to damage. seal() makes the checksums fit again, so that the damage behind them is what is found.
-struct Sidecar {
+struct FileToDamage {
   Buffer bytes;
 
   FileHeader& header() { return *reinterpret_cast<FileHeader*>(bytes.data()); }
@@ -146,7 +147,7 @@ TEST_F(Contents, SurvivesEveryFlippedBitOfSealedTables) {
   for (const Buffer* file : {small_, shipped_}) {
     const size_t tables = 64 + 64 * 10 + 3 * 256;
     for (size_t bit = 64 * 8; bit < std::min(tables, file->size()) * 8; ++bit) {
-      Sidecar copy{*file};
+      FileToDamage copy{*file};
       copy.bytes[bit / 8] ^= std::byte{1} << (bit % 8);
       copy.seal();
       for (CheckLevel level : kLevels) findings_of(copy.bytes, level);
@@ -170,82 +171,83 @@ void set_audit(ObjectRecord& r, std::array<uint64_t, 2> lines, std::array<uint64
 
 struct Damage {
   FindingId expected;
-  std::function<void(Sidecar&)> apply;
+  std::function<void(FileToDamage&)> apply;
   bool seal = true;
   const Buffer* of = nullptr;  // else small_
 };
 
 TEST_F(Contents, EveryFindingIsFound) {
   const std::vector<Damage> damages = {
-      {FindingId::file_too_short, [](Sidecar& f) { f.bytes.resize(63); }, false},
+      {FindingId::file_too_short, [](FileToDamage& f) { f.bytes.resize(63); }, false},
       {FindingId::bad_magic,
-       [](Sidecar& f) {
+       [](FileToDamage& f) {
          f.header().magic = {'P', 'K', 3, 4};
        },
        false},
-      {FindingId::transfer_damage, [](Sidecar& f) { f.header().magic[4] = '\n'; }, false},
-      {FindingId::unsupported_version, [](Sidecar& f) { f.header().version_major = 9; }},
-      {FindingId::header_checksum, [](Sidecar& f) { f.header().section_count ^= 1; }, false},
-      {FindingId::reserved_not_zero, [](Sidecar& f) { f.header().reserved[5] = 1; }},
-      {FindingId::file_size, [](Sidecar& f) { f.bytes.push_back({}); }},
+      {FindingId::transfer_damage, [](FileToDamage& f) { f.header().magic[4] = '\n'; }, false},
+      {FindingId::unsupported_version, [](FileToDamage& f) { f.header().version_major = 9; }},
+      {FindingId::header_checksum, [](FileToDamage& f) { f.header().section_count ^= 1; }, false},
+      {FindingId::reserved_not_zero, [](FileToDamage& f) { f.header().reserved[5] = 1; }},
+      {FindingId::file_size, [](FileToDamage& f) { f.bytes.push_back({}); }},
       {FindingId::section_table_range,
-       [](Sidecar& f) {
+       [](FileToDamage& f) {
          f.header().section_count = 0xFFFFFFFF;
          f.header().header_xxh3 = XXH3_64bits(f.bytes.data(), 56);
        },
        false},
-      {FindingId::section_table_checksum, [](Sidecar& f) { f.section(kSectionTree).offset ^= 1; }, false},
-      {FindingId::unknown_critical, [](Sidecar& f) { f.section(kSectionTree).type = section_type("WHAT"); }},
-      {FindingId::section_flags, [](Sidecar& f) { f.section(kSectionTree).flags = 0; }},
-      {FindingId::section_storage, [](Sidecar& f) { f.section(kSectionNames).storage = 1; }},
-      {FindingId::section_alignment, [](Sidecar& f) { f.section(kSectionTree).alignment = 512; }},
-      {FindingId::section_range, [](Sidecar& f) { f.section(kSectionTree).offset += 4096; }},
-      {FindingId::section_size, [](Sidecar& f) { f.section(kSectionTree).logical_size += 1; }},
-      {FindingId::section_object, [](Sidecar& f) { f.section(kSectionTree).object = kNone; }},
-      {FindingId::section_count, [](Sidecar& f) { f.section(kSectionProvenance).type = kSectionNames; }},
-      {FindingId::padding_not_zero, [](Sidecar& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }},
+      {FindingId::section_table_checksum, [](FileToDamage& f) { f.section(kSectionTree).offset ^= 1; }, false},
+      {FindingId::unknown_critical, [](FileToDamage& f) { f.section(kSectionTree).type = section_type("WHAT"); }},
+      {FindingId::section_flags, [](FileToDamage& f) { f.section(kSectionTree).flags = 0; }},
+      {FindingId::section_storage, [](FileToDamage& f) { f.section(kSectionNames).storage = 1; }},
+      {FindingId::section_alignment, [](FileToDamage& f) { f.section(kSectionTree).alignment = 512; }},
+      {FindingId::section_range, [](FileToDamage& f) { f.section(kSectionTree).offset += 4096; }},
+      {FindingId::section_size, [](FileToDamage& f) { f.section(kSectionTree).logical_size += 1; }},
+      {FindingId::section_object, [](FileToDamage& f) { f.section(kSectionTree).object = kNone; }},
+      {FindingId::section_count, [](FileToDamage& f) { f.section(kSectionProvenance).type = kSectionNames; }},
+      {FindingId::padding_not_zero,
+       [](FileToDamage& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }},
       {FindingId::trailing_bytes,
-       [](Sidecar& f) {
+       [](FileToDamage& f) {
          f.bytes.resize(f.bytes.size() + 8);
          f.header().file_size += 8;
        }},
-      {FindingId::stored_checksum, [](Sidecar& f) { f.brick(3)[0] ^= 1; }, false},
-      {FindingId::object_name, [](Sidecar& f) { f.bytes[f.section(kSectionNames).offset] = std::byte{0xFF}; }},
-      {FindingId::object_depth, [](Sidecar& f) { f.object().depth = 9; }},
-      {FindingId::object_method, [](Sidecar& f) { f.object().method_parameters[0] = 17; }},
-      {FindingId::object_audit, [](Sidecar& f) { f.object().audit_wrong[1] = 1; }},
-      {FindingId::object_box, [](Sidecar& f) { f.object().box_max[1] = f.object().box_min[1]; }},
+      {FindingId::stored_checksum, [](FileToDamage& f) { f.brick(3)[0] ^= 1; }, false},
+      {FindingId::object_name, [](FileToDamage& f) { f.bytes[f.section(kSectionNames).offset] = std::byte{0xFF}; }},
+      {FindingId::object_depth, [](FileToDamage& f) { f.object().depth = 9; }},
+      {FindingId::object_method, [](FileToDamage& f) { f.object().method_parameters[0] = 17; }},
+      {FindingId::object_audit, [](FileToDamage& f) { f.object().audit_wrong[1] = 1; }},
+      {FindingId::object_box, [](FileToDamage& f) { f.object().box_max[1] = f.object().box_min[1]; }},
       {FindingId::zstd_frame,
-       [](Sidecar& f) {  // a skippable frame, which is a frame of no bytes to whoever decompresses it
+       [](FileToDamage& f) {  // a skippable frame, which is a frame of no bytes to whoever decompresses it
          SectionEntry& e = f.section(kSectionProvenance);
          e.type = section_type("NEWS"), e.storage = static_cast<uint32_t>(Storage::zstd);
          e.logical_size = 0, e.logical_xxh3 = XXH3_64bits(nullptr, 0);
          const uint32_t frame[] = {ZSTD_MAGIC_SKIPPABLE_START, static_cast<uint32_t>(e.stored_size - 8)};
          std::memcpy(f.bytes.data() + e.offset, frame, sizeof frame);
        }},
-      {FindingId::object_shift, [](Sidecar& f) { f.object().shift[1] = std::numeric_limits<double>::infinity(); }},
-      {FindingId::object_section, [](Sidecar& f) { f.object().tree_section = 77; }},
-      {FindingId::object_counts, [](Sidecar& f) { f.object().brick_count += 1; }},
-      {FindingId::object_statistics, [](Sidecar& f) { f.object().nodes_folded += 1; }},
-      {FindingId::names_slack, [](Sidecar& f) { f.object().name_length -= 1; }},
-      {FindingId::tree_uniform, [](Sidecar& f) { f.brick(1)[7] = 0; }},
-      {FindingId::tree_index, [](Sidecar& f) { f.tree()[3] = 0xFFFFFFF0; }},
-      {FindingId::tree_spare, [](Sidecar& f) { f.tree()[15] = 1; }},
-      {FindingId::tree_class, [](Sidecar& f) { f.brick(3)[0] |= 3; }},
-      {FindingId::tree_unreferenced, [](Sidecar& f) { std::fill_n(f.tree(), 15, 0); }},
-      {FindingId::tree_duplicate, [](Sidecar& f) { std::copy_n(f.brick(3), 64, f.brick(4)); }},
-      {FindingId::hierarchy_size, [](Sidecar& f) { f.hierarchy_header().node_count += 1; }},
-      {FindingId::hierarchy_order, [](Sidecar& f) { f.hierarchy_root().child[0] += 1; }},
-      {FindingId::hierarchy_leaf, [](Sidecar& f) { f.hierarchy_leaf().corner[2][15] = 1; }},
-      {FindingId::hierarchy_box, [](Sidecar& f) { f.hierarchy_root().min[1][0] = -1; }},
-      {FindingId::horizon_size, [](Sidecar& f) { f.horizon().entries -= 1; }, true, self_},
-      {FindingId::horizon_slopes, [](Sidecar& f) { f.horizon().slope[2][14] = 0; }, true, self_},
-      {FindingId::horizon_place, [](Sidecar& f) { f.horizon_entry(9).place += 1; }, true, self_},
-      {FindingId::provenance, [](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
+      {FindingId::object_shift, [](FileToDamage& f) { f.object().shift[1] = std::numeric_limits<double>::infinity(); }},
+      {FindingId::object_section, [](FileToDamage& f) { f.object().tree_section = 77; }},
+      {FindingId::object_counts, [](FileToDamage& f) { f.object().brick_count += 1; }},
+      {FindingId::object_statistics, [](FileToDamage& f) { f.object().nodes_folded += 1; }},
+      {FindingId::names_slack, [](FileToDamage& f) { f.object().name_length -= 1; }},
+      {FindingId::tree_uniform, [](FileToDamage& f) { f.brick(1)[7] = 0; }},
+      {FindingId::tree_index, [](FileToDamage& f) { f.tree()[3] = 0xFFFFFFF0; }},
+      {FindingId::tree_spare, [](FileToDamage& f) { f.tree()[15] = 1; }},
+      {FindingId::tree_class, [](FileToDamage& f) { f.brick(3)[0] |= 3; }},
+      {FindingId::tree_unreferenced, [](FileToDamage& f) { std::fill_n(f.tree(), 15, 0); }},
+      {FindingId::tree_duplicate, [](FileToDamage& f) { std::copy_n(f.brick(3), 64, f.brick(4)); }},
+      {FindingId::hierarchy_size, [](FileToDamage& f) { f.hierarchy_header().node_count += 1; }},
+      {FindingId::hierarchy_order, [](FileToDamage& f) { f.hierarchy_root().child[0] += 1; }},
+      {FindingId::hierarchy_leaf, [](FileToDamage& f) { f.hierarchy_leaf().corner[2][15] = 1; }},
+      {FindingId::hierarchy_box, [](FileToDamage& f) { f.hierarchy_root().min[1][0] = -1; }},
+      {FindingId::horizon_size, [](FileToDamage& f) { f.horizon().entries -= 1; }, true, self_},
+      {FindingId::horizon_slopes, [](FileToDamage& f) { f.horizon().slope[2][14] = 0; }, true, self_},
+      {FindingId::horizon_place, [](FileToDamage& f) { f.horizon_entry(9).place += 1; }, true, self_},
+      {FindingId::provenance, [](FileToDamage& f) { f.bytes[f.section(kSectionProvenance).offset] = std::byte{3}; }},
   };
   std::set<FindingId> seen;
   for (const Damage& damage : damages) {
-    Sidecar file{damage.of ? *damage.of : *small_};
+    FileToDamage file{damage.of ? *damage.of : *small_};
     damage.apply(file);
     if (damage.seal) file.seal();
     if (const char* folder = std::getenv("VCD_WRITE_INVALID"))  // how tests/golden/invalid came to be
@@ -256,12 +258,12 @@ TEST_F(Contents, EveryFindingIsFound) {
     seen.insert(damage.expected);
   }
   // Two that only compressed sections can have; tree-depth has a test of its own.
-  Sidecar broken{*shipped_};
+  FileToDamage broken{*shipped_};
   broken.bytes[broken.section(kSectionTree).offset + broken.section(kSectionTree).stored_size - 2] ^= std::byte{0xFF};
   broken.seal();
   const auto findings = findings_of(broken.bytes);
   EXPECT_TRUE(found(findings, FindingId::decompression) || found(findings, FindingId::logical_checksum));
-  Sidecar lying{*shipped_};
+  FileToDamage lying{*shipped_};
   lying.section(kSectionTree).logical_xxh3 ^= 1;
   lying.header().section_table_xxh3 =
       XXH3_64bits(lying.bytes.data() + 64, lying.header().section_count * sizeof(SectionEntry));
@@ -271,42 +273,46 @@ TEST_F(Contents, EveryFindingIsFound) {
 }
 
 TEST_F(Contents, HorizonsAreHeldToTheirRules) {
-  const auto finding_of = [](const Buffer* file, CheckLevel level, const std::function<void(Sidecar&)>& change) {
-    Sidecar damaged{*file};
+  const auto finding_of = [](const Buffer* file, CheckLevel level, const std::function<void(FileToDamage&)>& change) {
+    FileToDamage damaged{*file};
     change(damaged);
     damaged.seal();
     const auto findings = findings_of(damaged.bytes, level);
     return findings.empty() ? std::string() : std::string(finding_info(findings[0].id).id);
   };
-  const auto canonical = [&](const std::function<void(Sidecar&)>& change) {
+  const auto canonical = [&](const std::function<void(FileToDamage&)>& change) {
     return finding_of(self_, CheckLevel::canonical, change);
   };
-  const auto bounds = [&](const std::function<void(Sidecar&)>& change) {
+  const auto bounds = [&](const std::function<void(FileToDamage&)>& change) {
     return finding_of(self_, CheckLevel::bounds, change);
   };
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().reserved = 1; }), "horizon-size");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().padding[9] = 1; }), "horizon-size");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().cosine = 1.5f; }), "horizon-size");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().uniform = std::numeric_limits<float>::quiet_NaN(); }), "horizon-size");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[0][0] = 0; }), "horizon-slopes");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[3][15] = 16; }), "horizon-slopes");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon().slope[3][14] = 17; }), "horizon-slopes");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().reserved = 1; }), "horizon-size");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().padding[9] = 1; }), "horizon-size");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().cosine = 1.5f; }), "horizon-size");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().uniform = std::numeric_limits<float>::quiet_NaN(); }),
+            "horizon-size");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().slope[0][0] = 0; }), "horizon-slopes");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().slope[3][15] = 16; }), "horizon-slopes");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon().slope[3][14] = 17; }), "horizon-slopes");
   // What leads out of the hierarchy is found at once, what names no triangle in it by the canonical check.
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place |= kPlaceUnitMask; }), "horizon-place");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place = f.hierarchy_header().units - 3; }), "horizon-place");
-  EXPECT_EQ(bounds([](Sidecar& f) { f.horizon_entry(3).place = 0; }), "");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.horizon_entry(3).place = 0; }), "horizon-place");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.horizon_entry(3).place |= 15u << kPlaceTriangleShift; }), "horizon-place");
-  EXPECT_EQ(canonical([](Sidecar& f) {
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon_entry(3).place |= kPlaceUnitMask; }), "horizon-place");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon_entry(3).place = f.hierarchy_header().units - 3; }),
+            "horizon-place");
+  EXPECT_EQ(bounds([](FileToDamage& f) { f.horizon_entry(3).place = 0; }), "");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.horizon_entry(3).place = 0; }), "horizon-place");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.horizon_entry(3).place |= 15u << kPlaceTriangleShift; }),
+            "horizon-place");
+  EXPECT_EQ(canonical([](FileToDamage& f) {
               f.horizon_entry(3).place = 0;
               std::ranges::fill(f.horizon_entry(3).codes, uint8_t{0xFF});
             }),
             "");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHierarchy).type = section_type("NEWS"); }), "horizon-size");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).object = kNone; }), "section-object");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).object = 1; }), "section-object");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).flags = 1; }), "section-flags");
-  EXPECT_EQ(canonical([](Sidecar& f) { f.section(kSectionHorizon).alignment = 8; }), "section-alignment");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.section(kSectionHierarchy).type = section_type("NEWS"); }),
+            "horizon-size");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.section(kSectionHorizon).object = kNone; }), "section-object");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.section(kSectionHorizon).object = 1; }), "section-object");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.section(kSectionHorizon).flags = 1; }), "section-flags");
+  EXPECT_EQ(canonical([](FileToDamage& f) { f.section(kSectionHorizon).alignment = 8; }), "section-alignment");
   Buffer second(*self_);
   SidecarToWrite twice;
   std::vector<Finding> none;
@@ -336,18 +342,17 @@ TEST_F(Contents, WhatIsWrongInsideACompressedTreeIsFoundInTheFile) {
   damaged.objects = {{object.name, *object.record, {tree}, {}}};
   const auto written = vcd::sidecar_bytes(damaged);
   ASSERT_TRUE(written);
-  const Sidecar file{Buffer(written->data.get(), written->data.get() + written->size)};
+  const FileToDamage file{Buffer(written->data.get(), written->data.get() + written->size)};
   const auto findings = findings_of(file.bytes);
   ASSERT_EQ(findings.size(), 1u);
   EXPECT_EQ(findings[0].id, FindingId::tree_spare);
-  EXPECT_EQ(findings[0].offset, Sidecar(file).section(kSectionTree).offset);
+  EXPECT_EQ(findings[0].offset, FileToDamage(file).section(kSectionTree).offset);
 }
 
 // What a record may say of its method, guard band and audit, and what it may not.
 TEST_F(Contents, TheRecordIsHeldToItsRules) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
   const auto first_finding = [](const std::function<void(ObjectRecord&)>& change) -> std::string {
-    Sidecar file{*small_};
+    FileToDamage file{*small_};
     change(file.object());
     file.seal();
     const auto findings = findings_of(file.bytes);
@@ -369,7 +374,7 @@ TEST_F(Contents, TheRecordIsHeldToItsRules) {
             "object-method");
 
   for (Method method : {Method::sampled, Method::proven, Method::hybrid})
-    for (float guard : {0.0f, 1e-6f, 3.0f, -0.01f, kInfinity, kNan}) {
+    for (float guard : {0.0f, 1e-6f, 3.0f, -0.01f, kInfinity, kNaN}) {
       const bool fits = method == Method::sampled ? guard == 0 : guard == 1e-6f || guard == 3;
       EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), r.guard_band = guard; }),
                 fits ? "" : "object-method")
@@ -392,7 +397,7 @@ TEST_F(Contents, TheRecordIsHeldToItsRules) {
                          {{100, 0}, {1, 0}, 1.01f, false},
                          {{100, 0}, {101, 0}, 1, false},
                          {{100, 0}, {100, 0}, 1, true},
-                         {{100, 0}, {1, 0}, kNan, false},
+                         {{100, 0}, {1, 0}, kNaN, false},
                          {{100, 0}, {1, 0}, kInfinity, false}})
     for (Method method : {Method::sampled, Method::hybrid})
       EXPECT_EQ(first_finding([&](ObjectRecord& r) { set_method(r, method), set_audit(r, a.lines, a.wrong, a.bound); }),
@@ -421,7 +426,7 @@ TEST_F(Contents, TheRecordIsHeldToItsRules) {
             "object-counts");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = 128; }), "reserved-not-zero");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.flags = known_object_flags(kVersionMinor); }), "");
-  for (double shift : {double{kInfinity}, double{kNan}})
+  for (double shift : {double{kInfinity}, double{kNaN}})
     EXPECT_EQ(first_finding([&](ObjectRecord& r) { r.shift[2] = shift; }), "object-shift");
   EXPECT_EQ(first_finding([](ObjectRecord& r) { r.shift[0] = -4e6, r.shift[2] = 1e300; }), "");
 }
@@ -430,10 +435,10 @@ Buffer golden(const std::string& name) { return read_file(std::filesystem::path(
 
 TEST(Class3, IsForHybridsOnly) {
   for (const char* name : {"depth1.vcd", "depth2.vcd"}) {
-    const Sidecar hybrid{golden(name)};
+    const FileToDamage hybrid{golden(name)};
     EXPECT_TRUE(findings_of(hybrid.bytes).empty()) << name;
     for (Method method : {Method::sampled, Method::proven}) {
-      Sidecar other = hybrid;
+      FileToDamage other = hybrid;
       set_method(other.object(), method);
       set_audit(other.object(), {}, {}, 0);
       // Bricks are not read at bounds level, so this could be.
@@ -517,10 +522,10 @@ TEST(NoMethod, IsHeldToItsRules) {
   BakeOptions options;
   options.method = Method::none;
   const BakedObject one = must_bake(cube(), options), two = must_bake(cube(), quick(2));
-  const Sidecar original{sidecar_bytes(std::vector{&one, &two})};
+  const FileToDamage original{sidecar_bytes(std::vector{&one, &two})};
   EXPECT_TRUE(findings_of(original.bytes).empty());
   const auto finds = [&](FindingId id, CheckLevel level, const std::function<void(ObjectRecord&)>& change) {
-    Sidecar file = original;
+    FileToDamage file = original;
     change(file.object());
     file.seal();
     return found(findings_of(file.bytes, level), id);
@@ -533,7 +538,7 @@ TEST(NoMethod, IsHeldToItsRules) {
   }
   EXPECT_TRUE(finds(FindingId::object_statistics, CheckLevel::canonical, [](ObjectRecord& r) { ++r.nodes_shared; }));
   // A tree that is there all the same is nobody's; an object of another method has one.
-  Sidecar file = original;
+  FileToDamage file = original;
   file.section(kSectionTree).object = 0;
   file.seal();
   EXPECT_FALSE(findings_of(file.bytes, CheckLevel::bounds).empty());
@@ -576,14 +581,14 @@ TEST_F(Contents, RefusesBlocksThatLeaveTheirPool) {
 
 TEST_F(Contents, RefusesBytesAfterAZstdFrame) {
   // An empty second frame in the padding's place: the section grows by it, and everything else is sealed to fit.
-  Sidecar file{*shipped_};
+  FileToDamage file{*shipped_};
   SectionEntry& e = file.section(kSectionGeometry);  // the last section
   const uint8_t empty[] = {0x28, 0xB5, 0x2F, 0xFD, 0x20, 0x00, 0x01, 0x00, 0x00};
   Buffer frame(ZSTD_compressBound(64));
   const std::string text(64, 'x');
   frame.resize(ZSTD_compress(frame.data(), frame.size(), text.data(), text.size(), 1));
   for (bool trailing : {false, true}) {
-    Sidecar copy = file;
+    FileToDamage copy = file;
     Buffer stored = frame;
     if (trailing)
       stored.insert(stored.end(), reinterpret_cast<const std::byte*>(empty),
@@ -650,7 +655,7 @@ TEST(Clearance, IsOneSectionOfOneSizeForAnObject) {
 }
 
 TEST_F(Contents, RefusesUnequalCellsInATreeOfDepthOne) {
-  Sidecar file{*small_};
+  FileToDamage file{*small_};
   file.object().depth = 1;
   file.seal();
   EXPECT_TRUE(found(findings_of(file.bytes), FindingId::tree_depth));
@@ -658,7 +663,7 @@ TEST_F(Contents, RefusesUnequalCellsInATreeOfDepthOne) {
 
 TEST_F(Contents, RefusesAZstdBomb) {
   // A frame that says it holds 64 GiB, and a section entry that agrees.
-  Sidecar file{*shipped_};
+  FileToDamage file{*shipped_};
   SectionEntry& e = file.section(kSectionTree);
   const uint64_t size = uint64_t{64} << 30;
   const uint8_t frame[] = {0x28, 0xB5, 0x2F, 0xFD, 0xE0};  // single segment, eight bytes of content size
@@ -675,7 +680,7 @@ TEST(ZstdBudget, HoldsForAllSectionsOfAFileTogether) {
   Buffer frame(ZSTD_compressBound(zeros.size()));
   frame.resize(ZSTD_compress(frame.data(), frame.size(), zeros.data(), zeros.size(), 19));
   for (uint32_t count : {60u, 100u}) {
-    Sidecar file;
+    FileToDamage file;
     std::vector<SectionEntry> table(2 + count);
     uint64_t end = sizeof(FileHeader) + table.size() * sizeof(SectionEntry);
     for (uint32_t i = 0; i < table.size(); ++i) {
@@ -709,7 +714,7 @@ TEST(ZstdBudget, HoldsForAllSectionsOfAFileTogether) {
 }
 
 TEST_F(Contents, LaterMinorVersionsMayUseReservedFieldsAndNewSections) {
-  Sidecar file{*small_};
+  FileToDamage file{*small_};
   file.header().version_minor = 7;
   file.header().reserved[0] = 1;
   file.object().flags = 0x8000;
@@ -726,7 +731,7 @@ TEST_F(Contents, FlagsAreReservedBeforeTheyHaveAMeaning) {
                                                  {kLookUpOneFromInside, 2}};
   for (const uint16_t minor : {0, 1, 2})
     for (const auto& [flag, first] : since) {
-      Sidecar file{*small_};
+      FileToDamage file{*small_};
       file.header().version_minor = minor;
       file.object().flags = flag;
       file.seal();
@@ -736,27 +741,27 @@ TEST_F(Contents, FlagsAreReservedBeforeTheyHaveAMeaning) {
 
 // Each level finds what it promises, with those before it silent: damaged cells, and damage that somebody sealed.
 TEST_F(Contents, EachLevelFindsMoreThanTheOneBefore) {
-  const auto first_to_find = [&](const std::function<void(Sidecar&)>& damage) -> std::optional<CheckLevel> {
-    Sidecar file{*small_};
+  const auto first_to_find = [&](const std::function<void(FileToDamage&)>& damage) -> std::optional<CheckLevel> {
+    FileToDamage file{*small_};
     damage(file);
     for (CheckLevel level : kLevels)
       if (!findings_of(file.bytes, level).empty()) return level;
     return std::nullopt;
   };
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.tree()[3] = 0xFFFFFFF0; }), CheckLevel::bounds);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.brick(3)[0] ^= 1; }), CheckLevel::checksums);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.bytes[f.section(kSectionProvenance).offset + 12] ^= std::byte{1}; }),
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.tree()[3] = 0xFFFFFFF0; }), CheckLevel::bounds);
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.brick(3)[0] ^= 1; }), CheckLevel::checksums);
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.bytes[f.section(kSectionProvenance).offset + 12] ^= std::byte{1}; }),
             CheckLevel::checksums);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }),
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.bytes[f.section(kSectionTree).offset - 1] = std::byte{1}; }),
             CheckLevel::canonical);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.brick(3)[0] ^= 1, f.seal(); }), CheckLevel::canonical);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { f.object().nodes_folded += 1, f.seal(); }), CheckLevel::canonical);
-  EXPECT_EQ(first_to_find([](Sidecar& f) { std::copy_n(f.brick(3), 64, f.brick(4)), f.seal(); }),
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.brick(3)[0] ^= 1, f.seal(); }), CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { f.object().nodes_folded += 1, f.seal(); }), CheckLevel::canonical);
+  EXPECT_EQ(first_to_find([](FileToDamage& f) { std::copy_n(f.brick(3), 64, f.brick(4)), f.seal(); }),
             CheckLevel::canonical);
-  EXPECT_EQ(first_to_find([](Sidecar&) {}), std::nullopt);
+  EXPECT_EQ(first_to_find([](FileToDamage&) {}), std::nullopt);
 
   // The checksum of what a compressed section holds is one of the checksums.
-  Sidecar file{*shipped_};
+  FileToDamage file{*shipped_};
   file.section(kSectionTree).logical_xxh3 ^= 1;
   file.seal();
   EXPECT_TRUE(findings_of(file.bytes, CheckLevel::bounds).empty());
@@ -764,7 +769,7 @@ TEST_F(Contents, EachLevelFindsMoreThanTheOneBefore) {
 }
 
 TEST_F(Contents, StorageDoesNotChangeTheContent) {
-  Sidecar raw{*several_}, zstd{*shipped_};
+  FileToDamage raw{*several_}, zstd{*shipped_};
   ASSERT_EQ(raw.header().section_count, zstd.header().section_count);
   EXPECT_LT(zstd.bytes.size(), raw.bytes.size());
   const auto* a = reinterpret_cast<const SectionEntry*>(raw.bytes.data() + 64);

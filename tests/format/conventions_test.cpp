@@ -1,6 +1,5 @@
 // One test for each sentence of spec/conventions.md, in its order and named after it.
 #include <bit>
-#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -13,13 +12,11 @@
 
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 // A sphere of radius 1 about the origin: lines near the axes are blocked, lines near the box's edges clear.
 class Conventions : public testing::Test {

@@ -4,7 +4,6 @@
 #include <bit>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -13,13 +12,13 @@
 
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
 
 using Kind = HierarchyFault::Kind;
-constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNaN = std::numeric_limits<float>::quiet_NaN();
 
 // A surface, and loose triangles, whose leaves are large.
 SourceMesh mixed() {
@@ -75,7 +74,7 @@ TEST(CheckHierarchy, AcceptsWhatTheBakerBuilds) {
   ASSERT_TRUE(section.first(0).parent);
 }
 
-struct Damage {
+struct SectionDamage {
   const char* what;
   Kind kind;
   CheckLevel level;  // the first that finds it
@@ -84,7 +83,7 @@ struct Damage {
 
 TEST(CheckHierarchy, FindsEachBrokenStatement) {
   constexpr auto kBounds = CheckLevel::bounds, kCanonical = CheckLevel::canonical;
-  const std::vector<Damage> damages = {
+  const std::vector<SectionDamage> damages = {
       // The header.
       {"more units", Kind::size, kBounds, [](Section& s) { ++s.header().units; }},
       {"fewer units", Kind::size, kBounds, [](Section& s) { --s.header().units; }},
@@ -200,7 +199,7 @@ TEST(CheckHierarchy, FindsEachBrokenStatement) {
          leaf.vertex[2][31] = leaf.vertex[2][31] + 0.001f;
        }},
   };
-  for (const Damage& damage : damages) {
+  for (const SectionDamage& damage : damages) {
     Section section;
     damage.apply(section);
     EXPECT_EQ(section.check(CheckLevel::bounds).has_value(), damage.level == kBounds) << damage.what;

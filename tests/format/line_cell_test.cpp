@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "format/reference_line_cell.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 namespace {
@@ -56,7 +57,6 @@ TEST(LineCell, EqualsItsPlainTwinOnRandomLines) {
 
 TEST(LineCell, EqualsItsPlainTwinOnAnyBits) {
   std::mt19937 random(2);
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr float kSpecial[] = {0.0f,   -0.0f, 1.0f,     kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
                                 1e-40f, 3e38f, 0x1p-100f};
   for (int i = 0; i < 200000 && !HasFatalFailure(); ++i) {

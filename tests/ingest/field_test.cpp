@@ -92,8 +92,8 @@ TEST_F(Field, DoublesOfPlyAndWordsOfStlAndOffAreMeasuredToo) {
   std::string ply =
       "ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty double x\nproperty double y\n"
       "property double z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n";
-  for (const double value : {5e6 + 0.1, 0.0, 0.0, 5e6 + 1.2, 0.0, 0.0, 5e6 + 0.1, 1.0, 0.0}) ply += bytes_of(value);
-  ply += bytes_of(uint8_t{3}) + bytes_of(0) + bytes_of(1) + bytes_of(2);
+  for (const double value : {5e6 + 0.1, 0.0, 0.0, 5e6 + 1.2, 0.0, 0.0, 5e6 + 0.1, 1.0, 0.0}) ply += packed(value);
+  ply += packed(uint8_t{3}) + packed(0) + packed(1) + packed(2);
   expect_error("a.ply", ply, ErrorCode::unsupported, {"32-bit floats"});
   expect_error("a.off", "OFF\n3 1 0\n5000000.1 0 0\n5000001.2 0 0\n5000000.1 1 0\n3 0 1 2\n", ErrorCode::unsupported,
                {"32-bit floats"});
@@ -210,8 +210,8 @@ TEST_F(Field, WhatIsNoMeshIsToldByItsName) {
   // The header of a binary STL file is anyone's.
   std::string stl = files[0].first;
   stl.resize(80);
-  stl += bytes_of(uint32_t{1});
-  for (const float value : {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}) stl += bytes_of(value);
+  stl += packed(uint32_t{1});
+  for (const float value : {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}) stl += packed(value);
   EXPECT_EQ(read("a.stl", stl + std::string(2, '\0')).meshes[0].triangles.size(), 1u);
   // A buffer may be a pointer too.
   GltfBuilder builder = square_file();
@@ -242,8 +242,8 @@ TEST_F(Field, HeadersOfPlyMayEndTheirLinesInAnyMixture) {
                                           "property list uchar int vertex_indices",
                                           "end_header"};
   std::string body;
-  for (const float value : {0, 0, 0, 1, 0, 0, 0, 1, 0}) body += bytes_of(value);
-  body += bytes_of(uint8_t{3}) + bytes_of(0) + bytes_of(1) + bytes_of(2);
+  for (const float value : {0, 0, 0, 1, 0, 0, 0, 1, 0}) body += packed(value);
+  body += packed(uint8_t{3}) + packed(0) + packed(1) + packed(2);
   const std::string ends[] = {"\n", "\r\n", "\r"};
   for (size_t first = 0; first < 3; ++first)
     for (size_t middle = 0; middle < 3; ++middle)

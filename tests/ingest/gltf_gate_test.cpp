@@ -12,7 +12,7 @@ namespace {
 using namespace baker;
 
 // Has each property that the gate knows.
-const json everything = json::parse(R"({
+const json whole_document = json::parse(R"({
   "asset": {"version": "2.0", "minVersion": "2.0"},
   "extensionsUsed": ["KHR_mesh_quantization"], "extensionsRequired": ["KHR_mesh_quantization"],
   "buffers": [{"byteLength": 48, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA"}],
@@ -68,15 +68,15 @@ class GltfGate : public ::testing::Test {
 
 TEST_F(GltfGate, WhateverAPropertyIsTinygltfTakesTheFile) {
   std::vector<json::json_pointer> places;
-  collect(everything, json::json_pointer(), places);
+  collect(whole_document, json::json_pointer(), places);
   ASSERT_GT(places.size(), 120u);
   for (const json::json_pointer& place : places) {
     for (const json& value : odd_values) {
-      json bent = everything;
+      json bent = whole_document;
       bent[place] = value;
       expect_taken(bent, place.to_string() + " = " + value.dump());
     }
-    json without = everything;
+    json without = whole_document;
     const json::json_pointer parent = place.parent_pointer();
     if (without[parent].is_object()) without[parent].erase(place.back());
     else without[parent].erase(std::stoul(place.back()));
@@ -85,19 +85,19 @@ TEST_F(GltfGate, WhateverAPropertyIsTinygltfTakesTheFile) {
 }
 
 TEST_F(GltfGate, OnlyWhatIsReadPasses) {
-  json more = everything;
+  json more = whole_document;
   more["images"] = {{{"uri", "../secret.png"}}};
   more["accessors"][0]["min"] = {0, 0, 0};
   more["buffers"][0]["extras"] = {{"a", 1}};
   const GltfGated gated = gate_gltf(more);
   EXPECT_TRUE(gated.faults.empty()) << gated.faults.begin()->second;
-  EXPECT_EQ(gated.json, gate_gltf(everything).json);
+  EXPECT_EQ(gated.json, gate_gltf(whole_document).json);
   EXPECT_EQ(json::parse(gated.json)["buffers"], json::parse(R"([{"byteLength": 1, "uri": "stub"}])"));
-  EXPECT_EQ(gated.buffers[0].uri, everything["buffers"][0]["uri"]);
+  EXPECT_EQ(gated.buffers[0].uri, whole_document["buffers"][0]["uri"]);
 }
 
 TEST_F(GltfGate, AFaultIsThatOfItsElement) {
-  json bent = everything;
+  json bent = whole_document;
   bent["accessors"][1]["count"] = "3";
   bent["meshes"][0]["primitives"][1]["material"] = 7u;
   const std::map<std::string, std::string> wanted = {

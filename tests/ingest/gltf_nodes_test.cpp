@@ -165,13 +165,13 @@ TEST_F(GltfNodes, GpuInstancesAreLeftOut) {
                   "node 1 left out: its instances (EXT_mesh_gpu_instancing) are not read");
 }
 
-struct Defect {
+struct NodeDefect {
   const char* name;
   std::function<void(json&)> bend;  // of a document with the nodes 0 "root" -> 1 and 2, all in scene 0
   const char* reason;
 };
 
-const std::vector<Defect> defects = {
+const std::vector<NodeDefect> node_defects = {
     {"no child", [](json& d) { d["nodes"][0]["children"] = {3}; },
      "node 0 \"root\", children: node 3 does not exist, the file has 3"},
     {"far child", [](json& d) { d["nodes"][0]["children"] = {uint64_t{1} << 32}; }, "node 4294967296 does not exist"},
@@ -304,7 +304,7 @@ TEST_F(GltfNodes, AShiftMovesTheMeshAndItsPlacementsBack) {
 }
 
 TEST_F(GltfNodes, DefectsCostAllPlacesAndNoMesh) {
-  for (const Defect& defect : defects) {
+  for (const NodeDefect& defect : node_defects) {
     SCOPED_TRACE(defect.name);
     GltfBuilder builder = with_nodes({{{"name", "root"}, {"children", {1}}}, {{"mesh", 0}}, {{"mesh", 0}}});
     builder.document["scenes"] = {{{"nodes", {0, 2}}}};

@@ -3,13 +3,13 @@
 #include <limits>
 
 #include "gltf_builder.h"
+#include "mesh_files.h"
 
 namespace vcd::test {
 namespace {
 
 using namespace baker;
 
-using Triangles = std::vector<TriangleIndices>;
 const Triangles square_triangles = {{0, 1, 2}, {2, 1, 3}};
 
 class GltfIngest : public GltfTest {

@@ -18,6 +18,10 @@
 
 namespace vcd::test {
 
+using Triangles = std::vector<baker::TriangleIndices>;
+// Of the two faces of a strip of four vertices.
+const Triangles kBoth = {{0, 1, 2}, {1, 3, 2}};
+
 class MeshFiles : public ::testing::Test {
  protected:
   MeshFiles() {
@@ -101,7 +105,7 @@ inline bool any_note_has(const baker::Ingested& ingested, const std::string& par
 
 // The bytes of a value, in either order.
 template <class T>
-std::string bytes_of(T value, bool big_endian = false) {
+std::string packed(T value, bool big_endian = false) {
   std::string bytes(sizeof(T), '\0');
   std::memcpy(bytes.data(), &value, sizeof(T));
   if (big_endian) std::reverse(bytes.begin(), bytes.end());

@@ -10,12 +10,12 @@ using test::any_note_has;
 using test::area_from_above;
 using test::least_area_from_above;
 using test::soup_of;
+using test::Triangles;
 using test::with_crlf;
 
 class Obj : public test::MeshFiles {};
 
 const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
-using Triangles = std::vector<TriangleIndices>;
 
 TEST_F(Obj, ReadsAllGroupsAsOneMeshNamedLikeTheFile) {
   const Ingested in =

@@ -4,12 +4,11 @@ namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
+using test::kBoth;
 using test::with_crlf;
 
 class Off : public test::MeshFiles {};
 
-using Triangles = std::vector<TriangleIndices>;
-const Triangles kBoth = {{0, 1, 2}, {1, 3, 2}};
 const std::string kVertices = "0 0 0\n1 0 0\n0 1 0\n1 1 0.5\n";
 const std::string kFaces = "3 0 1 2\n3 1 3 2\n";
 
@@ -87,7 +86,7 @@ TEST_F(Off, CountsThatTheFileCannotHoldAreRefusedAtOnce) {
 }
 
 TEST_F(Off, KindsThatAreNotSupported) {
-  expect_error("a.off", "OFF BINARY\n" + std::string(12, '\0'), ErrorCode::unsupported, {"binary OFF"});
+  expect_error("a.off", std::string("OFF BINARY\n").append(12, '\0'), ErrorCode::unsupported, {"binary OFF"});
   expect_error("a.off", "4OFF\n4 2 0\n", ErrorCode::unsupported, {"dimensions"});
   expect_error("a.off", "nOFF 5\n4 2 0\n", ErrorCode::unsupported, {"dimensions"});
 }

@@ -8,13 +8,12 @@ namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
-using test::bytes_of;
+using test::kBoth;
+using test::packed;
+using test::Triangles;
 using test::with_crlf;
 
 class Ply : public test::MeshFiles {};
-
-using Triangles = std::vector<TriangleIndices>;
-const Triangles kBoth = {{0, 1, 2}, {1, 3, 2}};
 
 const std::string kXyz = "property float x\nproperty float y\nproperty float z\n";
 const std::string kFaceElement = "element face 2\nproperty list uchar int vertex_indices\n";
@@ -31,7 +30,7 @@ template <class Coordinate>
 std::string vertex_bytes(bool big) {
   std::string bytes;
   for (const std::array<int, 3>& p : {std::array<int, 3>{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}) {
-    for (const int c : p) bytes += bytes_of(static_cast<Coordinate>(c), big);
+    for (const int c : p) bytes += packed(static_cast<Coordinate>(c), big);
   }
   return bytes;
 }
@@ -39,8 +38,8 @@ template <class Count, class Index>
 std::string face_bytes(bool big, const std::vector<std::vector<int64_t>>& faces = {{0, 1, 2}, {1, 3, 2}}) {
   std::string bytes;
   for (const std::vector<int64_t>& face : faces) {
-    bytes += bytes_of(static_cast<Count>(face.size()), big);
-    for (const int64_t index : face) bytes += bytes_of(static_cast<Index>(index), big);
+    bytes += packed(static_cast<Count>(face.size()), big);
+    for (const int64_t index : face) bytes += packed(static_cast<Index>(index), big);
   }
   return bytes;
 }
@@ -89,7 +88,7 @@ TEST_F(Ply, DoublesAndIntegersBecomeTheNearestFloats) {
                                   "element face 1\nproperty list uchar int vertex_indices\n");
   std::string body;
   for (int i = 0; i < 3; ++i) {
-    body += bytes_of(0.1 + i) + bytes_of(int32_t{-123456789}) + bytes_of(int16_t{-2});
+    body += packed(0.1 + i) + packed(int32_t{-123456789}) + packed(int16_t{-2});
   }
   const auto in =
       ingest(write("a.ply", head + body + face_bytes<uint8_t, int32_t>(false, {{0, 1, 2}})), {.coarse = true});
@@ -105,20 +104,20 @@ TEST_F(Ply, UnknownElementsAndPropertiesAreSkipped) {
       "y\n"
       "property float x\nelement face 2\nproperty list uchar float texcoord\n"
       "property list uchar int vertex_indices\nproperty double q\nelement tail 1\nproperty int a\n";
-  std::string little = bytes_of(uint8_t{2}) + bytes_of(1.0) + bytes_of(2.0) + bytes_of(int16_t{7});
+  std::string little = packed(uint8_t{2}) + packed(1.0) + packed(2.0) + packed(int16_t{7});
   std::string text = "2 1 2 7\n";
   for (const std::array<int, 2>& p : {std::array<int, 2>{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
     const auto [x, y] = p;
-    little += bytes_of(uint8_t{200}) + bytes_of(5.0f) + bytes_of(int32_t{1}) + bytes_of(int16_t{3}) +
-              bytes_of(static_cast<float>(y)) + bytes_of(static_cast<float>(x));
+    little += packed(uint8_t{200}) + packed(5.0f) + packed(int32_t{1}) + packed(int16_t{3}) +
+              packed(static_cast<float>(y)) + packed(static_cast<float>(x));
     text += "200 5 1 3 " + std::to_string(y) + " " + std::to_string(x) + "\n";
   }
   for (const TriangleIndices& t : kBoth) {
-    little += bytes_of(uint8_t{1}) + bytes_of(0.5f) + face_bytes<uint8_t, int32_t>(false, {{t[0], t[1], t[2]}}) +
-              bytes_of(0.5);
+    little +=
+        packed(uint8_t{1}) + packed(0.5f) + face_bytes<uint8_t, int32_t>(false, {{t[0], t[1], t[2]}}) + packed(0.5);
     text += "1 0.5 3 " + std::to_string(t[0]) + " " + std::to_string(t[1]) + " " + std::to_string(t[2]) + " 0.5\n";
   }
-  for (const Ingested& in : {read("a.ply", header("binary_little_endian", elements) + little + bytes_of(int32_t{1})),
+  for (const Ingested& in : {read("a.ply", header("binary_little_endian", elements) + little + packed(int32_t{1})),
                              read("b.ply", header("ascii", elements) + text + "1\n")}) {
     EXPECT_EQ(in.meshes[0].triangles, kBoth);
     EXPECT_EQ(in.meshes[0].positions[1], (Position{1, 0, 5}));
@@ -158,7 +157,7 @@ TEST_F(Ply, BinaryDataMayBeginWithALineEnd) {
   // A first x whose lowest byte is '\n', after "\n" and after "\r".
   const float x = std::bit_cast<float>(0x3F80000Au);
   std::string body = vertex_bytes<float>(false) + face_bytes<uint8_t, int32_t>(false);
-  body.replace(0, 4, bytes_of(x));
+  body.replace(0, 4, packed(x));
   std::string cr = little_ply("");
   std::replace(cr.begin(), cr.end(), '\n', '\r');
   EXPECT_EQ(read("a.ply", little_ply(body)).meshes[0].positions[0][0], x);
@@ -217,7 +216,7 @@ TEST_F(Ply, BadValuesInText) {
 
 TEST_F(Ply, NonFiniteBinaryPositionsAreErrorsEvenIfUnused) {
   std::string body = vertex_bytes<float>(false);
-  body.replace(40, 4, bytes_of(std::numeric_limits<float>::quiet_NaN()));
+  body.replace(40, 4, packed(std::numeric_limits<float>::quiet_NaN()));
   const std::string faces = face_bytes<uint8_t, int32_t>(false, {{0, 1, 2}, {0, 1, 2}});
   const std::string place = "vertex 3 (byte " + std::to_string(little_ply("").size() + 36) + ")";
   expect_invalid("a.ply", little_ply(body + faces), {place, "not finite"});
@@ -233,11 +232,11 @@ TEST_F(Ply, CountsThatTheFileCannotHoldAreRefusedAtOnce) {
                  {"can hold"});
   const std::string list = "element vertex 4\n" + kXyz + "element face 1\nproperty list uint int vertex_indices\n";
   expect_invalid("c.ply",
-                 header("binary_little_endian", list) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
+                 header("binary_little_endian", list) + vertex_bytes<float>(false) + packed(uint32_t{4000000000}),
                  {"face 0", "the file ends within it"});
   const std::string skipped = "element vertex 4\n" + kXyz + "element x 1\nproperty list uint double y\n";
   expect_invalid("d.ply",
-                 header("binary_little_endian", skipped) + vertex_bytes<float>(false) + bytes_of(uint32_t{4000000000}),
+                 header("binary_little_endian", skipped) + vertex_bytes<float>(false) + packed(uint32_t{4000000000}),
                  {"x 0", "the file ends within it"});
 }
 

@@ -6,7 +6,7 @@ namespace vcd::baker {
 namespace {
 
 using test::any_note_has;
-using test::bytes_of;
+using test::packed;
 using test::soup_of;
 using test::with_crlf;
 
@@ -22,11 +22,11 @@ const std::vector<Facet> kFacets = {{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
 std::string binary(const std::vector<Facet>& facets, const std::string& header = "") {
   std::string bytes = header;
   bytes.resize(80, ' ');
-  bytes += bytes_of(static_cast<uint32_t>(facets.size()));
+  bytes += packed(static_cast<uint32_t>(facets.size()));
   for (const Facet& facet : facets) {
-    for (int i = 0; i < 3; ++i) bytes += bytes_of(std::numeric_limits<float>::quiet_NaN());  // the normal
+    for (int i = 0; i < 3; ++i) bytes += packed(std::numeric_limits<float>::quiet_NaN());  // the normal
     for (const Position& corner : facet) {
-      for (const float c : corner) bytes += bytes_of(c);
+      for (const float c : corner) bytes += packed(c);
     }
     bytes += "\x12\x34";
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <limits>
 #include <thread>
 
 #include <gtest/gtest.h>
@@ -13,6 +12,7 @@
 
 #include "support/files.h"
 #include "support/random.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 namespace {
@@ -160,8 +160,7 @@ TEST(Recorder, ThreadsRecordBesideEachOther) {
 TEST(Recorder, LeavesOutWhatNoDemandMayHold) {
   Recorder recorder = must_build({cube_at(0)});
   Recorder::Thread& mine = recorder.thread();
-  constexpr float kNan = std::numeric_limits<float>::quiet_NaN(), kInfinite = std::numeric_limits<float>::infinity();
-  for (const float bad : {kNan, kInfinite})
+  for (const float bad : {kNaN, kInfinity})
     for (int i = 0; i < 8; ++i) {
       Segment s{{0.5f, 3, 0.5f}, 0, {0, -4, 0}, 1};
       std::array<float, 8> floats;
@@ -172,7 +171,7 @@ TEST(Recorder, LeavesOutWhatNoDemandMayHold) {
     }
   mine.asked(Segment{{0.5f, 3, 0.5f}, 0, {0, 0, 0}, 1});
   EXPECT_TRUE(recorder.demand().empty());
-  mine.asked(Segment{{0.5f, 3, 0.5f}, 0, {0, -4, 0}, kInfinite});
+  mine.asked(Segment{{0.5f, 3, 0.5f}, 0, {0, -4, 0}, kInfinity});
   EXPECT_EQ(recorder.demand().at(kHash).size(), 1u);
 }
 

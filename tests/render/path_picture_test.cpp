@@ -2,7 +2,6 @@
 #include "render/path_picture.h"
 
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -24,11 +23,6 @@ Image must_trace(const World& world, const RenderSettings& settings, const PathP
   if (!rendered) throw std::runtime_error(rendered.error().message);
   EXPECT_GT(rendered->shadow_segments, 0u);
   return std::move(rendered->image);
-}
-
-bool same_bits(const Image& a, const Image& b) {
-  return a.pixels.size() == b.pixels.size() &&
-         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
 }
 
 Vec3 mean(const Image& image) {

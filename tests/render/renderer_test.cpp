@@ -1,6 +1,5 @@
 #include "render/renderer.h"
 
-#include <cstring>
 #include <numbers>
 #include <set>
 
@@ -15,11 +14,6 @@
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-bool same_bits(const Image& a, const Image& b) {
-  return a.pixels.size() == b.pixels.size() &&
-         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
-}
 
 MakeCaster bvh(const World& world, EmbreeQuery packets = {1}) {
   return [&world, packets] { return std::make_unique<BvhShadows>(world, packets); };

@@ -1,6 +1,7 @@
 // Small scenes for the tests of the renderer.
 #pragma once
 
+#include <cstring>
 #include <stdexcept>
 
 #include <vcd/scenes/generate.h>
@@ -14,6 +15,11 @@
 namespace vcd::test {
 
 using namespace render;
+
+inline bool same_bits(const Image& a, const Image& b) {
+  return a.pixels.size() == b.pixels.size() &&
+         std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(Vec3)) == 0;
+}
 
 inline scenes::Mesh scene_mesh(baker::SourceMesh mesh) {
   return {std::move(mesh.name), std::move(mesh.positions), std::move(mesh.triangles), {0.7f, 0.7f, 0.7f}};

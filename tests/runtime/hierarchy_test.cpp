@@ -1,7 +1,6 @@
 // Hierarchies against exact arithmetic: every kernel, one by one, in arrays and from one point.
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <sstream>
 #include <string>
 
@@ -15,13 +14,11 @@
 #include "support/hostile_meshes.h"
 #include "support/meshes.h"
 #include "support/random.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 SourceMesh moved(SourceMesh mesh, float scale, Position shift) {
   for (Position& p : mesh.positions)

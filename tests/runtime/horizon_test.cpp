@@ -15,12 +15,11 @@
 #include "runtime/judged_mesh.h"
 #include "support/count_allocations.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // A sphere with dents, so that parts of it stand above others; triangles turned at random.
 SourceMesh dented() {

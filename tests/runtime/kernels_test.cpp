@@ -16,6 +16,7 @@
 #include "support/count_allocations.h"
 #include "support/files.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
@@ -27,7 +28,6 @@ std::vector<Segment> segments_about(const ObjectRecord& record, size_t count) {
   std::mt19937_64 random(7);
   const auto below = [&](uint32_t n) { return static_cast<uint32_t>(random() % n); };
   const auto uniform = [&] { return static_cast<float>(random() >> 40) * 0x1p-24f; };
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   constexpr float kOdd[] = {0.0f,  -0.0f,  1e-45f,    -1e-38f,    1e-30f,
                             1e30f, -3e38f, kInfinity, -kInfinity, std::numeric_limits<float>::quiet_NaN(),
                             1.0f};

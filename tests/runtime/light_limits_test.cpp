@@ -16,8 +16,6 @@
 namespace vcd::test {
 namespace {
 
-constexpr Transform kStill{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-
 // The cube [-1, 1]^3.
 class LightLimits : public testing::Test {
  protected:

@@ -9,14 +9,13 @@
 #include <vcd/runtime/scene.h>
 #include <vcd/runtime/sidecar.h>
 
+#include "support/exact_world.h"
 #include "support/files.h"
 #include "support/meshes.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr Transform kStill = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
 // What samples do not see: look-ups say that lines through the needle are clear.
 SourceMesh needle() {

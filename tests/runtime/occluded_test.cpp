@@ -1,5 +1,4 @@
 // occluded() without a fallback, of objects and scenes, in C++ and C: exact, whether look-ups come first or not.
-#include <limits>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -14,12 +13,11 @@
 #include "scene/scene_data.h"
 #include "support/count_allocations.h"
 #include "support/meshes.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 using namespace baker;
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 struct Baked {
   JudgedMesh subject;

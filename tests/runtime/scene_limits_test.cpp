@@ -3,7 +3,6 @@
 #include <vcd/runtime/scene.h>
 
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -12,16 +11,14 @@
 #include "support/files.h"
 #include "support/meshes.h"
 #include "support/random.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
-
 constexpr Transform scaled(float x, float y, float z, float at = 0) {
   return {{{x, 0, 0, at}, {0, y, 0, 0}, {0, 0, z, 0}}};
 }
-constexpr Transform kStill = scaled(1, 1, 1);
 
 class SceneLimits : public testing::Test {
  protected:
@@ -72,7 +69,7 @@ struct Odd {
   InstanceUse use;  // with a sidecar
 };
 constexpr auto kAsked = InstanceUse::asked, kLeft = InstanceUse::left, kAbsent = InstanceUse::absent;
-constexpr Odd kOdd[] = {
+constexpr Odd kOddInstances[] = {
     {"moved", scaled(1, 1, 1, 9), kAsked},
     {"hidden by a scale of 0", scaled(0, 0, 0, 9), kAbsent},
     {"flattened to a plane", scaled(1, 0, 1, 9), kLeft},
@@ -89,8 +86,8 @@ constexpr Odd kOdd[] = {
     {"far", scaled(1, 1, 1, 1e30f), kLeft},
     {"infinite", scaled(1, kInfinity, 1), kLeft},
     {"infinitely far", scaled(1, 1, 1, kInfinity), kLeft},
-    {"no number", scaled(1, 1, kNan), kLeft},
-    {"a point nowhere", scaled(0, 0, 0, kNan), kLeft},
+    {"no number", scaled(1, 1, kNaN), kLeft},
+    {"a point nowhere", scaled(0, 0, 0, kNaN), kLeft},
 };
 
 TEST_F(SceneLimits, OneInstanceThatCannotBeLookedUpStopsNoOther) {
@@ -99,7 +96,7 @@ TEST_F(SceneLimits, OneInstanceThatCannotBeLookedUpStopsNoOther) {
                                          {{9.5f, -3, 0.5f}, 0, {0, 9, 0.1f}, 1},
                                          {{9, 0, -3}, 0, {0, 0, 9}, 1},
                                          {{-5, 7, 7}, 0, {40, 0, 0}, kInfinity}};
-  for (const Odd& odd : kOdd)
+  for (const Odd& odd : kOddInstances)
     for (const bool with_sidecar : {true, false}) {
       SCOPED_TRACE(odd.what);
       const std::vector<SceneInstance> instances = {at(kStill), at(odd.transform, with_sidecar)};
@@ -133,7 +130,7 @@ TEST_F(SceneLimits, InstancesComeAndGoWithTheirTransforms) {
   EXPECT_EQ(scene->use(1), InstanceUse::absent);
   EXPECT_EQ(moved(scaled(0, 1, 1)), Visibility::unclassified);
   EXPECT_EQ(scene->use(1), InstanceUse::left);
-  EXPECT_EQ(moved(scaled(kNan, 1, 1)), Visibility::unclassified);
+  EXPECT_EQ(moved(scaled(kNaN, 1, 1)), Visibility::unclassified);
   EXPECT_EQ(moved(kStill), Visibility::blocked);
   EXPECT_EQ(scene->use(1), InstanceUse::asked);
 }
@@ -141,7 +138,7 @@ TEST_F(SceneLimits, InstancesComeAndGoWithTheirTransforms) {
 // Not even where segments are said to begin on it, or could meet anything.
 TEST_F(SceneLimits, NobodyIsAskedOfWhatIsAbsent) {
   const auto scene = Scene::build(std::vector{at(scaled(0, 0, 0)), at(scaled(1, 1, 1, 9))});
-  const std::vector<Segment> segments = {{{-1, 0, 0}, 0, {3, 0, 0}, 1}, {{kNan, 0, 0}, 0, {3, 0, 0}, 1}};
+  const std::vector<Segment> segments = {{{-1, 0, 0}, 0, {3, 0, 0}, 1}, {{kNaN, 0, 0}, 0, {3, 0, 0}, 1}};
   const std::vector<uint32_t> origins = {0, 0};
   const SceneQuery query{0xFFFFFFFF, origins};
   uint64_t blocked = 0;
@@ -163,7 +160,7 @@ TEST_F(SceneLimits, BoxesMayBeAnything) {
   const Segment through{{-1, 0.4f, 0.5f}, 0, {3, 0, 0}, 1};
   for (const Box& box : {Box{0, 1, kLeft, true}, Box{5, 6, kLeft, false}, Box{1, 0, kAbsent, false},
                          Box{kInfinity, -kInfinity, kAbsent, false}, Box{-kInfinity, kInfinity, kLeft, true},
-                         Box{kNan, 1, kLeft, true}, Box{-1e38f, 3e38f, kLeft, true}}) {
+                         Box{kNaN, 1, kLeft, true}, Box{-1e38f, 3e38f, kLeft, true}}) {
     SceneInstance instance{std::nullopt, {box.low, box.low, box.low}, {box.high, box.high, box.high}, kStill};
     const auto scene = Scene::build(std::span(&instance, 1));
     ASSERT_TRUE(scene.ok());
@@ -240,7 +237,7 @@ TEST_F(SceneLimits, OnlyWhatIsBeyondTheLimitsIsLeftToAllInstances) {
   Segment s = beside;
   s.t_min = -kInfinity;
   EXPECT_EQ(asked(s), 0u);
-  s.t_min = kNan;
+  s.t_min = kNaN;
   EXPECT_EQ(asked(s), 2u);
   s = beside, s.origin[1] = 0x1p41f;
   EXPECT_EQ(asked(s), 2u);

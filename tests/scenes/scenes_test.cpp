@@ -4,7 +4,6 @@
 #include <xxhash.h>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -14,6 +13,7 @@
 #include <vcd/baker/ingest.h>
 
 #include "support/files.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 namespace {
@@ -67,7 +67,6 @@ struct Extent {
   Vec3 low, high;
 };
 Extent extent(const Scene& scene) {
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Extent e{{kInfinity, kInfinity, kInfinity}, {-kInfinity, -kInfinity, -kInfinity}};
   for (const Instance& instance : scene.instances) {
     for (const Vec3& position : scene.meshes[instance.mesh].positions) {

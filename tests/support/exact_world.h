@@ -19,6 +19,8 @@
 
 namespace vcd::test {
 
+constexpr Transform kStill = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
 namespace mp = boost::multiprecision;
 using Integer = mp::number<mp::cpp_int_backend<>, mp::et_off>;
 using IntegerVec = std::array<Integer, 3>;

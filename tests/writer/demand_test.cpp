@@ -11,6 +11,7 @@
 
 #include "support/files.h"
 #include "support/random.h"
+#include "support/special_floats.h"
 
 namespace vcd::test {
 namespace {
@@ -93,7 +94,6 @@ std::vector<std::byte> changed(std::vector<std::byte> bytes, size_t offset, cons
 
 constexpr size_t kFirstObject = sizeof(DemandHeader), kSecondObject = kFirstObject + sizeof(DemandObject);
 constexpr size_t kFirstSegment = kSecondObject + sizeof(DemandObject);
-constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 TEST_F(Demands, AreReadAsTheyWereWritten) {
   const Demand demand = some_demand();
@@ -141,7 +141,7 @@ TEST_F(Demands, FaultsUnderRightChecksumsAreNamed) {
   says("do not fit", kSecondObject + 16, ~uint64_t{0});
   says("nothing is asked", kFirstObject + 16, uint64_t{0});
   says("order of their hashes", kFirstObject, hash_of(2));
-  says("not finite", kFirstSegment, kNan);
+  says("not finite", kFirstSegment, kNaN);
   says("not finite", kFirstSegment + 12, -std::numeric_limits<float>::infinity());
   says("no direction", kFirstSegment + 16, std::array<float, 3>{});
   says("no point", kFirstSegment + 12, 2.0e38f);
@@ -178,7 +178,7 @@ TEST(DemandInOrder, SumsEqualSegmentsAndLeavesOutUnusableOnes) {
   FloatRandom random(3);
   const Segment a = random_segment(random);
   Segment nan = a, pointless = a;
-  nan.direction[1] = kNan, pointless.t_max = pointless.t_min;
+  nan.direction[1] = kNaN, pointless.t_max = pointless.t_min;
   const auto ordered = in_order({{a, 1}, {nan, 1}, {a, 2}, {pointless, 1}, {a, -1}, {a, 0}});
   ASSERT_EQ(ordered.size(), 1u);
   EXPECT_EQ(ordered[0].weight, 3);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "render/packets.h"
+
 namespace vcd::bench {
 
 using namespace render;
@@ -9,12 +11,6 @@ namespace {
 
 constexpr size_t kJudged = 100'000;  // segments of each kind that the referee judges, at most
 constexpr std::pair<const char*, bool> kBuilds[] = {{"", false}, {", build of high quality", true}};
-
-bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
-  uint8_t blocked;
-  occluded(scene, {1}, std::span(&segment, 1), &blocked);
-  return blocked != 0;
-}
 
 }  // namespace
 

@@ -27,14 +27,6 @@ using namespace tools;
 using namespace render;
 namespace {
 
-bool occluded_by_bvh(RTCScene scene, const Segment& segment) {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  RTCRay ray = to_ray(segment);
-  rtcOccluded1(scene, &context, &ray);
-  return ray.tfar < 0;
-}
-
 constexpr size_t kArray = 1024;  // segments of one call, as a renderer with a bundle or a queue would have
 
 // One set of segments, each way through it timed: Embree's; look-ups alone; look-ups with Embree for what they leave.

@@ -18,4 +18,6 @@ std::string name_of(EmbreeQuery packets);  // "rtcOccluded16, coherent"
 // was seen never to return from a coherent rtcOccluded16, on an everyday bundle of shadow rays.
 std::vector<EmbreeQuery> all_packets(bool instances);
 
+bool occluded_by_bvh(RTCScene scene, const Segment& segment);  // rtcOccluded1
+
 }  // namespace vcd::render

@@ -11,10 +11,10 @@ namespace {
 
 constexpr uint32_t kTile = 16;  // with 16 paths a pixel, one wavefront
 
-class Worker : public TileWorker {
+class PathWorker : public TileWorker {
  public:
-  Worker(const World& world, const RenderSettings& settings, const PathPicture& paths,
-         std::unique_ptr<PathCaster> caster)
+  PathWorker(const World& world, const RenderSettings& settings, const PathPicture& paths,
+             std::unique_ptr<PathCaster> caster)
       : world_(world),
         settings_(settings),
         paths_(paths),
@@ -80,7 +80,8 @@ class Worker : public TileWorker {
 Result<Rendered> render_paths(const World& world, const RenderSettings& settings, const PathPicture& paths,
                               const MakePathCaster& make_caster, const RenderHooks& hooks) {
   return draw_tiles(
-      world, settings, kTile, [&] { return std::make_unique<Worker>(world, settings, paths, make_caster()); }, hooks);
+      world, settings, kTile, [&] { return std::make_unique<PathWorker>(world, settings, paths, make_caster()); },
+      hooks);
 }
 
 EmbreeQuery fastest_way(const World& world, const RenderSettings& settings, const PathPicture& paths) {
