@@ -6,6 +6,7 @@
 #include "hierarchy/blocking_order.h"
 #include "hierarchy/collapse.h"
 #include "hierarchy/emit.h"
+#include "hierarchy/reinsert.h"
 #include "hierarchy/wide_tree.h"
 
 namespace vcd::baker {
@@ -15,8 +16,9 @@ namespace {
 constexpr size_t kMostTriangles = size_t{1} << 31;
 
 WideTree collapsed(const PreparedMesh& mesh, Stop& stop, Bounds& box) {
-  const BinaryTree binary = build_binary_tree(mesh, stop);
+  BinaryTree binary = build_binary_tree(mesh, stop);
   if (stop.stopped()) return {};
+  reinsert(binary, stop);
   box = binary.nodes[0].box;
   const std::vector<Collapse> choices = choose_collapse(mesh, binary, stop);
   return stop.stopped() ? WideTree{} : make_wide_tree(mesh, binary, choices);

