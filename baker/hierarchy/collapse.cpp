@@ -7,6 +7,10 @@
 namespace vcd::baker {
 namespace {
 
+// A subtree that may be one leaf becomes several only where one would cost more than this times as much: fewer and
+// fuller leaves take fewer bytes, which makes up for what they are visited more often.
+constexpr float kOneLeafWorth = 1.75f;
+
 // The distinct vertices of a subtree that may be a leaf, ascending.
 struct Vertices {
   std::array<uint32_t, kLargeVertices> index;
@@ -89,7 +93,7 @@ class Chooser {
     result.cost[0] = is_leaf ? area : area + wide.cost;
     for (uint32_t slots = 2; slots <= kNodeWidth; ++slots) {
       const Share share = slots == kNodeWidth ? wide : cheapest_share(left, right, slots);
-      const bool is_one = result.cost[0] <= share.cost;
+      const bool is_one = result.cost[0] <= (is_leaf ? kOneLeafWorth : 1) * share.cost;
       choice.of(slots) = is_one ? 0 : share.left;
       result.cost[slots - 1] = is_one ? result.cost[0] : share.cost;
     }

@@ -24,8 +24,8 @@ struct Collapse {
 };
 
 // Of each binary node, by dynamic programming over the surface-area heuristic, in which a wide node and a leaf cost the
-// same. (Pinter, "Heuristic BVH collapse", and Ylitie, Karras and Laine, "Efficient incoherent ray traversal on GPUs
-// through compressed wide BVHs", 2017.) Unfinished if it was stopped.
+// same; leaves are rather full, though. (Pinter, "Heuristic BVH collapse", and Ylitie, Karras and Laine, "Efficient
+// incoherent ray traversal on GPUs through compressed wide BVHs", 2017.) Unfinished if it was stopped.
 std::vector<Collapse> choose_collapse(const PreparedMesh& mesh, const BinaryTree& tree, Stop& stop);
 
 }  // namespace vcd::baker

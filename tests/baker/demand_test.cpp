@@ -248,9 +248,9 @@ TEST(BakeForDemand, ItsDepthFollowsFromTheBytes) {
   const PreparedMesh mesh = foliage();
   const Demand demand = demand_of(mesh, 5000);
   uint32_t before = 0;
-  for (const uint64_t budget : {16'000u, 100'000u, 280'000u}) {
+  for (const uint64_t budget : {16'000u, 100'000u, 500'000u}) {
     BakeOptions options = options_for(demand, Method::sampled, 0);
-    options.budget_bytes = budget, options.samples = 16;
+    options.budget_bytes = budget, options.samples = 16, options.hierarchy = false;
     const BakedObject baked = must_bake_for(mesh, options);
     EXPECT_LE(sidecar_bytes({&baked}).size(), budget);
     EXPECT_GT(baked.record.depth, before);
