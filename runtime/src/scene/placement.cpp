@@ -86,6 +86,32 @@ std::optional<ToGrid> to_grid_of(const Affine& a, const SceneInstance& instance,
   return usable ? std::optional(grid) : std::nullopt;
 }
 
+// Of boxes in the world, along one axis.
+struct Range {
+  double low = kInfinity, high = -kInfinity;
+
+  // The box whose middle is at the sum of four numbers, of absolute values `sum` together.
+  void add(double middle, double reach, double sum) {
+    const double grown = reach + 0x1p-50 * (sum + reach) + kRoom;
+    low = std::min(low, middle - grown), high = std::max(high, middle + grown);
+  }
+};
+
+// Of the mesh's boxes, along axis i.
+Range range_of(const Affine& a, const MeshBoxes& boxes, size_t i) {
+  Range range;
+  for (size_t k = 0; k < boxes.middle[0].size(); ++k) {
+    double middle = a.t[i], sum = std::abs(middle), reach = 0;
+    for (size_t j = 0; j < 3; ++j) {
+      const double part = a.m[i][j] * boxes.middle[j][k];
+      middle += part, sum += std::abs(part);
+      reach += std::abs(a.m[i][j]) * boxes.half[j][k];
+    }
+    range.add(middle, reach, sum);
+  }
+  return range;
+}
+
 Placed with_box(float low, float high, bool absent) {
   Placed placed{kNoInverse, {}, {}, {}, absent};
   std::fill_n(placed.low, 3, low), std::fill_n(placed.high, 3, high);
@@ -94,7 +120,26 @@ Placed with_box(float low, float high, bool absent) {
 
 }  // namespace
 
-Placed place(const SceneInstance& instance, const Transform& to_world) {
+MeshBoxes mesh_boxes(const ObjectRecord& record, const Traced& traced) {
+  MeshBoxes boxes;
+  const auto add = [&](const HierarchyNode& node, uint32_t child) {
+    for (size_t a = 0; a < 3; ++a) {
+      const double low = double{node.min[a][child]} - (traced.min[a] - double{record.box_min[a]}),
+                   high = double{node.max[a][child]} + (record.box_max[a] - double{traced.max[a]});
+      boxes.middle[a].push_back(0.5 * (low + high)), boxes.half[a].push_back(0.5 * (high - low));
+    }
+  };
+  const auto for_children = [&](const HierarchyNode& node, const auto& f) {
+    for (uint32_t k = 0; k < kNodeWidth && node.child[k] != kNoChild; ++k) f(node, k);
+  };
+  for_children(traced.view.node(kRootUnit), [&](const HierarchyNode& root, uint32_t k) {
+    if (root.child[k] & kLeafChild) add(root, k);
+    else for_children(traced.view.node(root.child[k]), add);
+  });
+  return boxes;
+}
+
+Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transform& to_world) {
   const Placed everywhere = with_box(-kInfinity, kInfinity, false), nowhere = with_box(kInfinity, -kInfinity, true);
   for (int a = 0; a < 3; ++a)
     if (instance.box_min[a] > instance.box_max[a]) return nowhere;
@@ -113,9 +158,11 @@ Placed place(const SceneInstance& instance, const Transform& to_world) {
       reach += std::abs(affine.m[i][j]) * (0.5 * (high - low));
     }
     extent += reach;
-    const double grown = reach + 0x1p-50 * (sum + reach) + kRoom;
-    placed.low[i] = down(centre[i] - grown), placed.high[i] = up(centre[i] + grown);
-    placed.middle[i] = static_cast<float>(centre[i]);
+    Range range;
+    if (boxes) range = range_of(affine, *boxes, i);
+    else range.add(centre[i], reach, sum);
+    placed.low[i] = down(range.low), placed.high[i] = up(range.high);
+    placed.middle[i] = static_cast<float>(0.5 * (range.low + range.high));
     near &= placed.low[i] >= -kFarthest && placed.high[i] <= kFarthest;
   }
   if (extent == 0) return nowhere;

@@ -1,21 +1,32 @@
-// Where an instance stands: from the world to its grid, and its box in the world.
+// Where an instance stands: from the world to its grid, and the box that holds it in the world.
 #pragma once
+
+#include <vector>
 
 #include <vcd/runtime/scene.h>
 
+#include "hierarchy/traced.h"
 #include "lookup/to_grid.h"
 
 namespace vcd {
 
 struct Placed {
   ToGrid to_grid;         // kNoInverse: the transform has no inverse that floats can hold
-  float low[3], high[3];  // its box in the world: infinite if it cannot be boxed, empty if the instance is absent
+  float low[3], high[3];  // what holds it in the world: infinite if it cannot be boxed, empty if the instance is absent
   float middle[3];        // of that box, or 0
   bool absent;            // it has no extent in the world
 };
 
-// Any floats are allowed.
-Placed place(const SceneInstance& instance, const Transform& to_world);
+// Boxes that hold an object's mesh together, in the object's own frame. Turned with it, they reach less far than its
+// one box does.
+struct MeshBoxes {
+  std::vector<double> middle[3], half[3];  // half: of the extents
+};
+// Those of the two upper levels of its hierarchy, each with as much room to the mesh as the record's box has.
+MeshBoxes mesh_boxes(const ObjectRecord& record, const Traced& traced);
+
+// Any floats are allowed. boxes: null for an object without a hierarchy.
+Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transform& to_world);
 
 // Room between the mesh and the box, as bakers leave it: what a line does that touches the box is then no matter of
 // rounding. Empty boxes stay empty.

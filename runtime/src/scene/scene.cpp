@@ -30,7 +30,10 @@ ReachBox box_of(const SceneNode& root) {
 
 void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
-  for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], to_world[i]));
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const auto found = boxes.find(data.instances[i].object);
+    placed.push_back(place(instances[i], found == boxes.end() ? nullptr : &found->second, to_world[i]));
+  }
   std::vector<Transform> kept(to_world.begin(), to_world.end());
   data.nodes = build_hierarchy(placed);  // the last that can fail
   data.box = data.nodes.empty() ? ReachBox{} : box_of(data.nodes[0]);
@@ -90,6 +93,8 @@ Result<Scene> Scene::build(std::span<const SceneInstance> instances, const std::
     transforms.push_back(instance.to_world);
     InstanceData& data = state->data.instances.emplace_back();
     data.object = instance.object ? instance.object->data_ : nullptr;
+    if (data.object && data.object->traced.view && !state->boxes.contains(data.object))
+      state->boxes.emplace(data.object, mesh_boxes(*data.object->record, data.object->traced));
     data.look_up_one = data.object && data.object->look_up_in_scene;
     data.look_up_bundles = data.object && data.object->look_up_bundles[static_cast<size_t>(From::outside)];
     for (int a = 0; a < 3; ++a) {

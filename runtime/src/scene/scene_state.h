@@ -1,6 +1,7 @@
 // What a Scene holds.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <span>
 #include <vector>
@@ -8,6 +9,7 @@
 #include <vcd/runtime/scene.h>
 
 #include "lookup/kernels.h"
+#include "scene/placement.h"
 #include "scene/scene_data.h"
 
 namespace vcd {
@@ -16,6 +18,7 @@ struct Scene::State {
   SceneData data;
   std::vector<SceneInstance> instances;
   std::vector<InstanceUse> uses;
+  std::map<const ObjectData*, MeshBoxes> boxes;  // of the objects with a hierarchy
   const Kernels* kernels;
 
   // As many as instances.

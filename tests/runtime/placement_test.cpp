@@ -1,0 +1,68 @@
+// The box that holds an instance in the world.
+#include "scene/placement.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include <vcd/baker/hierarchy.h>
+#include <vcd/baker/prepare.h>
+
+#include "support/files.h"
+#include "support/meshes.h"
+#include "support/random.h"
+
+namespace vcd::test {
+namespace {
+
+double area(const Placed& placed) {
+  const double x = double{placed.high[0]} - placed.low[0], y = double{placed.high[1]} - placed.low[1],
+               z = double{placed.high[2]} - placed.low[2];
+  return x * y + y * z + z * x;
+}
+
+// Every vertex keeps 2^-11 of the object's extents away from the box in the world, as proofs of scenes ask.
+void expect_room(const baker::SourceMesh& mesh, const SceneInstance& instance, const Transform& to_world,
+                 const Placed& placed) {
+  for (const baker::Position& p : mesh.positions)
+    for (size_t i = 0; i < 3; ++i) {
+      double x = to_world.rows[i][3], room = 0;
+      for (size_t j = 0; j < 3; ++j) {
+        x += double{to_world.rows[i][j]} * p[j];
+        room += std::abs(to_world.rows[i][j]) * 0x1p-11 * (double{instance.box_max[j]} - instance.box_min[j]);
+      }
+      ASSERT_LE(placed.low[i], x - room);
+      ASSERT_GE(placed.high[i], x + room);
+    }
+}
+
+TEST(Placement, HoldsTheMeshWithRoomAndFitsItHoweverItIsTurned) {
+  FloatRandom random(3);
+  for (const baker::SourceMesh& mesh : {sphere(40, 80), leaves(2000), cube()}) {
+    const baker::BakedObject baked = must_bake(mesh, proven(1));
+    const auto section = baker::build_hierarchy(*baker::prepare(baker::SourceMesh(mesh)));
+    const MeshBoxes boxes = mesh_boxes(baked.record, traced(baker::view_of(*section)));
+    SceneInstance instance{};
+    std::copy_n(baked.record.box_min, 3, instance.box_min), std::copy_n(baked.record.box_max, 3, instance.box_max);
+    double tight = 0, loose = 0;
+    for (int k = 0; k < 200; ++k) {
+      Transform turned;
+      for (auto& row : turned.rows)
+        for (float& x : row) x = random.between(-1, 1) * (k % 4 == 0 ? 1000.0f : 1.0f);
+      const Placed placed = place(instance, &boxes, turned), by_box = place(instance, nullptr, turned);
+      expect_room(mesh, instance, turned, placed);
+      expect_room(mesh, instance, turned, by_box);
+      for (int a = 0; a < 3; ++a) {
+        const float slack = (by_box.high[a] - by_box.low[a]) * 0x1p-20f;
+        EXPECT_GE(placed.low[a], by_box.low[a] - slack);
+        EXPECT_LE(placed.high[a], by_box.high[a] + slack);
+      }
+      tight += std::sqrt(area(placed)), loose += std::sqrt(area(by_box));
+    }
+    EXPECT_LT(tight, loose * (mesh.name == "sphere" ? 0.8 : 1.0 + 1e-6)) << mesh.name << " " << tight / loose;
+  }
+}
+
+}  // namespace
+}  // namespace vcd::test
