@@ -220,15 +220,14 @@ TEST(Hierarchy, SubtreesGoWhereBoxesBecomeSmaller) {
     SourceMesh mesh;
     double most;  // of the areas before
   } cases[] = {{leaves(3000), 0.98}, {slivers(), 0.985}, {sphere(60, 120), 0.995}, {heaps(50), 1}, {triangle(), 1}};
-  for (auto& [source, most] : cases) {
-    const PreparedMesh mesh = *prepare(std::move(source));
+  for (auto& one : cases) {
+    const PreparedMesh mesh = *prepare(std::move(one.mesh));
     with_threads(0, [&] {
       BinaryTree tree = build_binary_tree(mesh, never);
       const double before = check(tree, mesh);
       reinsert(tree, never);
       const double after = check(tree, mesh);
-      EXPECT_LE(after, most * before) << mesh.name;
-
+      EXPECT_LE(after, one.most * before) << mesh.name;
       return 0;
     });
   }
