@@ -179,17 +179,13 @@ class Reinserter {
 
 void reinsert(BinaryTree& tree, Stop& stop) {
   if (tree.nodes.size() < 2 || stop.now()) return;
-  Reinserter reinserter(tree);
-  BinaryTree best = tree;
-  for (uint32_t round = 0; round < kMostRounds; ++round) {
-    const bool go_on = reinserter.improve(stop);
-    BinaryTree better;
+  for (uint32_t rounds = kMostRounds; rounds > 0; rounds /= 2) {
+    Reinserter reinserter(tree);
+    for (uint32_t round = 0; round < rounds && reinserter.improve(stop); ++round) {
+    }
     if (stop.stopped()) return;
-    if (!reinserter.write(tree, better)) break;
-    best = std::move(better);
-    if (!go_on) break;
+    if (BinaryTree better; reinserter.write(tree, better)) return void(tree = std::move(better));
   }
-  tree = std::move(best);
 }
 
 }  // namespace vcd::baker
