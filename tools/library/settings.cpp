@@ -153,7 +153,7 @@ constexpr Setting kSettings[] = {
      .form = Form::flag,
      .member = &BakeSettings::no_hierarchy,
      .help =
-         "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 35 bytes a triangle",
+         "Leave out the hierarchy of boxes that answers what the cells leave unclassified, some 30 bytes a triangle",
      .zero_is_none = true},
     {.name = "horizons",
      .letter = 0,

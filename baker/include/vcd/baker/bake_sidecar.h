@@ -37,7 +37,7 @@ struct SidecarOptions {
   uint64_t budget_bytes = 0;
   double budget_seconds = 0;  // of each mesh; 0: no limit. What is not classified in time is unclassified
   unsigned threads = 0;       // 0: all; else TBB has at most so many meanwhile, in the whole process
-  bool hierarchy = true;      // keeps the triangles, so that a renderer needs no BVH of its own: some 35 bytes each
+  bool hierarchy = true;      // keeps the triangles, so that a renderer needs no BVH of its own: some 30 bytes each
   bool horizons = false;      // for rays that start on the object: 12 bytes a triangle
   // Fresh lines that are judged in exact arithmetic after the bake, each mesh; the file says how many were wrong. 0: no
   // audit.
