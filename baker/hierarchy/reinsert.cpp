@@ -1,7 +1,6 @@
 #include "hierarchy/reinsert.h"
 
 #include <algorithm>
-#include <span>
 #include <utility>
 
 #include <tbb/blocked_range.h>
