@@ -86,8 +86,8 @@ double bytes_a_triangle(const HierarchySection& section) {
 }
 
 TEST(Hierarchy, HoldsEveryTriangleOnceAndItsBoxesExactly) {
-  EXPECT_LE(bytes_a_triangle(must_build(sphere(60, 120))), 40);
-  EXPECT_LE(bytes_a_triangle(must_build(leaves(3000))), 90);  // which share no vertices
+  EXPECT_LE(bytes_a_triangle(must_build(sphere(60, 120))), 29);
+  EXPECT_LE(bytes_a_triangle(must_build(leaves(3000))), 68);  // which share no vertices
   must_build(cube());
 }
 
