@@ -58,8 +58,8 @@ class Target:
         environment.pop("VCD_FUZZ_PLANT", None)
         if plant:
             environment["VCD_FUZZ_PLANT"] = plant
-        # A unit that takes 10 s has hung; 2 GiB are more than any sound input of these sizes may ask for.
-        command = [str(self.binary), "-timeout=10", "-rss_limit_mb=3072", "-malloc_limit_mb=1024", "-print_final_stats=1",
+        # A unit that takes a minute has hung; 2 GiB are more than any sound input of these sizes may ask for.
+        command = [str(self.binary), "-timeout=60", "-rss_limit_mb=3072", "-malloc_limit_mb=1024", "-print_final_stats=1",
                    f"-max_len={LARGEST[self.name]}", f"-artifact_prefix={self.artifacts}/", *arguments]
         with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT) as self.process:
             said = self.process.communicate()[0]

@@ -25,8 +25,10 @@ def upper_bound_95(wrong, all_):
         k = wrong + 1
         return min(1.0, k * (1 - 1 / (9 * k) + 1.6448536269514722 / (3 * math.sqrt(k))) ** 3 / all_)
 
-    def probability_of_so_few(mean):
-        return math.fsum(math.exp(k * math.log(mean) - mean - math.lgamma(k + 1)) for k in range(int(wrong) + 1))
+    def probability_of_so_few(mean):  # from the last term, the largest, down
+        term = 1.0
+        terms = [term] + [term := term * k / mean for k in range(int(wrong), 0, -1)]
+        return math.exp(wrong * math.log(mean) - mean - math.lgamma(wrong + 1)) * math.fsum(terms)
 
     low, high = wrong + 1e-9, wrong + 10 + 5 * math.sqrt(wrong + 1)
     for _ in range(60):
