@@ -148,7 +148,7 @@ void Object::occluded(std::span<const Segment> segments, std::span<uint64_t> blo
     const auto part = segments.subspan(first, std::min(kChunk, segments.size() - first));
     SampleBits live = SampleBits::first(part.size()), hit{};
     if (data_->look_up_arrays[static_cast<size_t>(from)]) {
-      if (data_->box_first) live = data_->trace->without_passing(data_->traced, part.data(), live);
+      live = data_->trace->without_passing(data_->box, part.data(), live);
       look_up(*this, part, live, hit);
     }
     if (live.any()) hit |= data_->trace->array(data_->traced, part.data(), live);

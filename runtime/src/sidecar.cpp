@@ -108,7 +108,7 @@ Result<Sidecar> Sidecar::read(std::unique_ptr<State> state, Bytes bytes, const O
     data.classify_one = unclassified_one;
     data.classify_placed = unclassified_placed;
     data.record = &record, data.name = object.name;
-    data.traced = traced(object.hierarchy);
+    data.box = reach_box(record.box_min, record.box_max), data.traced = traced(object.hierarchy);
     data.trace = object.hierarchy ? &chosen->trace : &kNoHierarchy;
     data.horizons = {object.horizon, object.hierarchy};
     data.horizon = &chosen->horizon;

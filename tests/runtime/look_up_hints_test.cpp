@@ -102,11 +102,12 @@ TEST(LookUpHints, ChangeNoAnswerWhereStatisticsErr) {
     const Object object = sidecar.object(0);
     const Scene scene = std::move(*Scene::build(std::vector{SceneInstance::of(object, kStill)}, kernel));
     ASSERT_EQ(object.classify(beside), Visibility::blocked) << kernel;
+    const std::vector<Segment> array(33, beside);  // whole groups of lanes, and one that is left
     uint64_t in_array = 0, in_scene = 0;
-    object.occluded(std::span(&beside, 1), {&in_array, 1}, From::outside);
-    scene.occluded(std::span(&beside, 1), {&in_scene, 1}, {});
-    EXPECT_EQ(in_array, 1u) << kernel;
-    EXPECT_EQ(in_scene, 1u) << kernel;
+    object.occluded(array, {&in_array, 1}, From::outside);
+    scene.occluded(array, {&in_scene, 1}, {});
+    EXPECT_EQ(in_array, (uint64_t{1} << 33) - 1) << kernel;
+    EXPECT_EQ(in_scene, (uint64_t{1} << 33) - 1) << kernel;
     EXPECT_TRUE(object.occluded(beside, From::outside)) << kernel;
     EXPECT_TRUE(scene.occluded(beside, {})) << kernel;
   }

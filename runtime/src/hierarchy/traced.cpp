@@ -25,12 +25,15 @@ void fail_without_hierarchy() noexcept {
   std::abort();
 }
 
+ReachBox reach_box(const float (&min)[3], const float (&max)[3]) {
+  ReachBox box;
+  for (int a = 0; a < 3; ++a) box.min[a] = min[a], box.max[a] = max[a];
+  box.reach = greatest_coordinate(min, max);
+  return box;
+}
+
 Traced traced(const HierarchyView& view) {
-  Traced t{{}, view};
-  if (!view) return t;
-  for (int a = 0; a < 3; ++a) t.min[a] = view.header().box_min[a], t.max[a] = view.header().box_max[a];
-  t.reach = greatest_coordinate(view.header().box_min, view.header().box_max);
-  return t;
+  return view ? Traced{reach_box(view.header().box_min, view.header().box_max), view} : Traced{};
 }
 
 bool meets_some(const HierarchyView& view, uint32_t child, uint32_t which, const Segment& segment) noexcept {

@@ -11,6 +11,7 @@ struct ReachBox {
   float min[4] = {}, max[4] = {};  // and 0
   float reach = 0;                 // the greatest absolute coordinate
 };
+ReachBox reach_box(const float (&min)[3], const float (&max)[3]);
 
 // An object's hierarchy, if it has one, with the box of its vertices. M stands for its reach.
 struct Traced : ReachBox {

@@ -220,9 +220,10 @@ void find_self(const Asked& asked, Chunk& chunk) {
 }
 
 // Of the segments that begin on an instance, those that its horizons prove clear of it.
-SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, const SampleBits& bits) {
+SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
   SampleBits clear{};
-  if (asked.query.primitives.empty()) return clear;
+  const ObjectData* const object = asked.scene.data.instances[instance].object;
+  if (asked.query.primitives.empty() || !object || !object->horizons.view) return clear;
   for (size_t i : bits)
     clear.set(
         i, vcd::clear_of_self(asked.scene.data, asked.begin(chunk.first + i), segment_at(chunk.columns.view(i, 1), 0)));
@@ -237,7 +238,7 @@ void answer(const Asked& asked, Chunk& chunk, std::span<const Segment> segments)
   const size_t runs = chunk.columns.pad(chunk.count) / kRun;
   find_self(asked, chunk);
   chunk.self.for_each([&](uint32_t instance, const SampleBits& bits) {
-    leave(asked, chunk, instance, bits.without(clear_of_self(asked, chunk, bits)));
+    leave(asked, chunk, instance, bits.without(clear_of_self(asked, chunk, instance, bits)));
   });
   trace_left(asked, chunk);
   if (chunk.odd.any() || !run_together(asked, chunk, 0, runs))
@@ -254,7 +255,8 @@ void answer(const Asked& asked, Chunk& chunk, const Bundle& bundle, const BeamFr
   fill(chunk.columns, bundle, samples);
   const uint32_t self = asked.self(0);
   if (self != kNoInstance)
-    leave(asked, chunk, self, chunk.all.without(clear_of_self(asked, chunk, chunk.all))), trace_left(asked, chunk);
+    leave(asked, chunk, self, chunk.all.without(clear_of_self(asked, chunk, self, chunk.all))),
+        trace_left(asked, chunk);
   const SceneData& data = asked.scene.data;
   const float* const directions[3] = {chunk.columns.direction[0], chunk.columns.direction[1],
                                       chunk.columns.direction[2]};

@@ -17,13 +17,12 @@ namespace vcd {
 namespace {
 
 ReachBox box_of(const SceneNode& root) {
-  ReachBox box;
+  float min[3], max[3];
   for (int a = 0; a < 3; ++a) {
-    box.min[a] = *std::ranges::min_element(root.side[0][a]);
-    box.max[a] = *std::ranges::max_element(root.side[1][a]);
-    box.reach = std::max({box.reach, std::abs(box.min[a]), std::abs(box.max[a])});
+    min[a] = *std::ranges::min_element(root.side[0][a]);
+    max[a] = *std::ranges::max_element(root.side[1][a]);
   }
-  return box;
+  return reach_box(min, max);
 }
 
 }  // namespace
