@@ -5,25 +5,26 @@ import unittest
 import xml.etree.ElementTree as ET
 
 import fixture
-from report_case import TOOL, WHY, Case, files, matplotlib
+from report_case import TOOL, WHY, MadeCase, files, matplotlib
 
 
 @unittest.skipUnless(matplotlib, WHY)
-class Files(Case):
+class Files(MadeCase):
     def test_same_input_same_bytes(self):
         self.make()
         first = files(self.folder)
-        self.make()
+        self.assertEqual(files(self.made), first)
+        self.make()  # over what is there
         self.assertEqual(files(self.folder), first)
         self.assertFalse([n for n in first if ".tmp" in n])
 
     def test_charts_stand_alone(self):
-        data = self.make() and fixture.results()
-        charts = {p.name for p in (self.folder / "charts").iterdir()}
+        data = fixture.results()
+        charts = {p.name for p in (self.made / "charts").iterdir()}
         measured = [s["name"] for s in data["scenes"] if s["variants"]]
         self.assertEqual(charts, {f"{c}-{s}.svg" for c in ("speedup", "bake", "memory") for s in measured} |
                          {f"kinds-{s['name']}.svg" for s in data["scenes"] if s["kinds"]})
-        for path in (self.folder / "charts").iterdir():
+        for path in (self.made / "charts").iterdir():
             text = path.read_text()
             ET.fromstring(text)
             self.assertIn("prefers-color-scheme:dark", text)
@@ -31,9 +32,8 @@ class Files(Case):
             self.assertNotRegex(text, r"#fe[0-9a-f]{2}01|<metadata|20\d\d-\d\d-\d\d")
 
     def test_csv_has_a_row_for_each_scene_and_variant(self):
-        self.make()
-        data, report = fixture.results(), json.loads((self.folder / "report.json").read_text())
-        with open(self.folder / "report.csv", newline="") as file:
+        data, report = fixture.results(), self.report
+        with open(self.made / "report.csv", newline="") as file:
             rows = list(csv.DictReader(file))
         self.assertEqual([(r["scene"], r["id"]) for r in rows], [(s["name"], v["id"]) for s in data["scenes"] for v in s["variants"]])
         flat = [v for s in report["scenes"] for v in s["variants"]]
@@ -44,9 +44,7 @@ class Files(Case):
         self.assertEqual(int(rows[1]["image_own_wrong"]), data["scenes"][0]["variants"][1]["kinds"][2]["wrong"])
 
     def test_derived_figures(self):
-        self.make()
-        report = json.loads((self.folder / "report.json").read_text())
-        for scene, made in zip(fixture.results()["scenes"], report["scenes"]):
+        for scene, made in zip(fixture.results()["scenes"], self.report["scenes"]):
             bvh = scene["variants"][0] if scene["variants"] else None
             for v, row in zip(scene["variants"], made["variants"]):
                 if "shadow_seconds" in v:
@@ -72,14 +70,12 @@ class Files(Case):
                     self.assertGreater(row["wrong_resolved_bound_95"], row["wrong_resolved_rate"])
 
     def test_tracing_ray_by_ray_has_its_line(self):
-        self.make()
-        report = json.loads((self.folder / "report.json").read_text())
-        charts = {c["scene"]: c for c in report["charts"] if c["chart"] == "speedup"}
+        charts = {c["scene"]: c for c in self.report["charts"] if c["chart"] == "speedup"}
         for scene in fixture.results()["scenes"]:
             shadow = {v["id"]: v.get("shadow_seconds") for v in scene["variants"]}
             if shadow.get("bvh-single"):
                 self.assertAlmostEqual(charts[scene["name"]]["single"], shadow["bvh"]["median"] / shadow["bvh-single"]["median"])
-                self.assertIn("single-speedup-" + scene["name"], (self.folder / "charts" / f"speedup-{scene['name']}.svg").read_text())
+                self.assertIn("single-speedup-" + scene["name"], (self.made / "charts" / f"speedup-{scene['name']}.svg").read_text())
 
     def test_the_bound_is_poissons(self):
         from figures import upper_bound_95
@@ -88,9 +84,7 @@ class Files(Case):
         self.assertAlmostEqual(upper_bound_95(1001, 1000 * 1001) / upper_bound_95(1000, 1000 * 1000), 1, 4)
 
     def test_the_frontier_holds_no_beaten_point(self):
-        self.make()
-        report = json.loads((self.folder / "report.json").read_text())
-        for chart in (c for c in report["charts"] if c["chart"] == "speedup"):
+        for chart in (c for c in self.report["charts"] if c["chart"] == "speedup"):
             points = {p["variant"]: (p["x"], p["y"]) for p in chart["points"]}
             beaten = {a for a, (x, y) in points.items()
                       if y <= 1 or any((u < x and v >= y) or (u <= x and v > y) for u, v in points.values())}
