@@ -16,7 +16,7 @@ namespace vcd::baker {
 namespace {
 
 constexpr uint32_t kMostRays = 40'000;
-constexpr uint32_t kRaysPerTriangle = 16;
+constexpr uint32_t kRaysPerTriangle = 4;
 // Nodes and leaves that a ray may visit. Few rays need as many; meshes in which all triangles overlap end in time.
 constexpr uint32_t kMostSteps = 500;
 

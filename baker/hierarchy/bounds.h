@@ -12,6 +12,8 @@ struct Bounds {
   static constexpr float kInfinity = std::numeric_limits<float>::infinity();
   Position min{kInfinity, kInfinity, kInfinity}, max{-kInfinity, -kInfinity, -kInfinity};
 
+  bool operator==(const Bounds&) const = default;
+
   void add(const Position& p) {
     for (size_t a = 0; a < 3; ++a) min[a] = std::min(min[a], p[a]), max[a] = std::max(max[a], p[a]);
   }

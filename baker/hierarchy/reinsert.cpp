@@ -20,7 +20,6 @@ constexpr uint32_t kNone = UINT32_MAX;
 struct Linked {
   Bounds box;
   uint32_t parent, child[2];  // kNone: the root's parent, a leaf's children
-  uint32_t count;             // triangles
 
   bool is_leaf() const { return child[0] == kNone; }
 };
@@ -54,10 +53,11 @@ class Reinserter {
     for (const Move& move : moves) {
       is_candidate_[move.subtree] = true;
       const uint32_t parent = nodes_[move.subtree].parent;
-      if (parent == 0 || move.beside == parent || is_below(move.beside, move.subtree)) continue;
+      if (parent == 0 || move.beside == parent) continue;
       const uint32_t ends[] = {move.subtree,          sibling(move.subtree), parent,
                                nodes_[parent].parent, move.beside,           nodes_[move.beside].parent};
       if (std::ranges::any_of(ends, [&](uint32_t node) { return touched[node]; })) continue;
+      if (is_below(move.beside, move.subtree)) continue;
       for (const uint32_t node : ends) touched[node] = true, is_candidate_[node] = true;
       make(move);
       gain += move.gain;
@@ -75,7 +75,7 @@ class Reinserter {
   // As in the tree, a node is followed by its left subtree and its right one: its index is the same.
   void link(const BinaryTree& tree, uint32_t node, uint32_t parent) {
     const BinaryNode& n = tree.nodes[node];
-    nodes_[node] = {n.box, parent, {kNone, kNone}, n.count};
+    nodes_[node] = {n.box, parent, {kNone, kNone}};
     if (tree.is_leaf(node)) return;
     nodes_[node].child[0] = tree.left(node), nodes_[node].child[1] = tree.right(node);
     link(tree, tree.left(node), node), link(tree, tree.right(node), node);
@@ -83,9 +83,14 @@ class Reinserter {
 
   bool write(const BinaryTree& from, BinaryTree& to, uint32_t node, uint32_t depth) const {
     const Linked& n = nodes_[node];
-    to.nodes.push_back({n.box, static_cast<uint32_t>(to.triangles.size()), n.count});
+    const auto at = to.nodes.size();
+    const auto first = static_cast<uint32_t>(to.triangles.size());
+    to.nodes.push_back({n.box, first, 1});
     if (n.is_leaf()) return to.triangles.push_back(from.triangles[from.nodes[node].first]), true;
-    return depth < kMostLevels && write(from, to, n.child[0], depth + 1) && write(from, to, n.child[1], depth + 1);
+    if (depth == kMostLevels) return false;
+    if (!write(from, to, n.child[0], depth + 1) || !write(from, to, n.child[1], depth + 1)) return false;
+    to.nodes[at].count = static_cast<uint32_t>(to.triangles.size()) - first;
+    return true;
   }
 
   std::vector<Move> find_moves(Stop& stop) const {
@@ -145,7 +150,8 @@ class Reinserter {
     replace(move.beside, parent);
     nodes_[parent].child[nodes_[parent].child[0] == move.subtree] = move.beside;
     nodes_[move.beside].parent = parent;
-    refit(above), refit(parent);
+    fit(parent);
+    refit(above), refit(nodes_[parent].parent);
   }
   // As a child of its parent.
   void replace(uint32_t node, uint32_t by) {
@@ -153,12 +159,15 @@ class Reinserter {
     parent.child[parent.child[1] == node] = by;
     nodes_[by].parent = nodes_[node].parent;
   }
+  // To the boxes of its children; whether that changes its own.
+  bool fit(uint32_t node) {
+    Linked& n = nodes_[node];
+    Bounds box = nodes_[n.child[0]].box;
+    box.add(nodes_[n.child[1]].box);
+    return std::exchange(n.box, box) != box;
+  }
   void refit(uint32_t node) {
-    for (; node != kNone; node = nodes_[node].parent) {
-      Linked& n = nodes_[node];
-      const Linked &left = nodes_[n.child[0]], &right = nodes_[n.child[1]];
-      n.box = left.box, n.box.add(right.box), n.count = left.count + right.count;
-    }
+    while (node != kNone && fit(node)) node = nodes_[node].parent;
   }
 
   uint32_t sibling(uint32_t node) const {
