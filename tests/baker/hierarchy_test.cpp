@@ -126,7 +126,7 @@ TEST(Hierarchy, DividesCoincidentCentroids) {
   SourceMesh mesh{"star", 0, {}, {}};
   std::mt19937 random(7);
   const auto whole = [&] { return static_cast<float>(static_cast<int>(random() % 4001) - 2000); };
-  for (uint32_t i = 0; i < 4000; ++i) {
+  for (uint32_t i = 0; i < (kSanitized ? 1000 : 4000); ++i) {
     // The box of a and -a has its middle at the origin, and b lies within it.
     const Position a = {whole(), whole(), 2001};
     mesh.positions.insert(mesh.positions.end(), {a, {-a[0], -a[1], -a[2]}, {a[0] / 2, a[1] / 4, a[2] / 8}});
@@ -315,6 +315,7 @@ TEST(Hierarchy, TakesItsBytesOfTheBudgetOrIsLeftOut) {
 // A look-up answers most lines through a sphere, some through a few leaves, and hardly any through many whose cells are
 // coarse.
 TEST(Hierarchy, SaysWhereLookUpsBeforeItPay) {
+  if (kSanitized) GTEST_SKIP() << kOnceIsEnough;
   const auto flags_of = [](const SourceMesh& source, bool with_hierarchy) {
     BakeOptions options = proven(with_hierarchy ? 3 : 2);
     options.hierarchy = with_hierarchy;
