@@ -1,4 +1,4 @@
-// The box that holds an instance in the world.
+// The boxes that hold an instance in the world, and the scene's nodes over them.
 #include "scene/placement.h"
 
 #include <algorithm>
@@ -9,6 +9,9 @@
 #include <vcd/baker/hierarchy.h>
 #include <vcd/baker/prepare.h>
 
+#include "scene/build_hierarchy.h"
+#include "scene/walk.h"
+#include "support/exact_world.h"
 #include "support/files.h"
 #include "support/meshes.h"
 #include "support/random.h"
@@ -62,6 +65,65 @@ TEST(Placement, HoldsTheMeshWithRoomAndFitsItHoweverItIsTurned) {
     }
     EXPECT_LT(tight, loose * (mesh.name == "sphere" ? 0.8 : 1.0 + 1e-6)) << mesh.name << " " << tight / loose;
   }
+}
+
+// One instance of a mesh, as it stands.
+struct Alone {
+  SceneInstance instance{};
+  MeshBoxes boxes;
+  Placed placed;
+  SceneData scene;
+
+  explicit Alone(const baker::SourceMesh& mesh) {
+    const baker::BakedObject baked = must_bake(mesh, proven(1));
+    const auto section = baker::build_hierarchy(*baker::prepare(baker::SourceMesh(mesh)));
+    boxes = mesh_boxes(baked.record, traced(baker::view_of(*section)));
+    std::copy_n(baked.record.box_min, 3, instance.box_min), std::copy_n(baked.record.box_max, 3, instance.box_max);
+    placed = place(instance, &boxes, kStill);
+    scene.nodes =
+        build_hierarchy(std::span(&placed, 1), [&](uint32_t) { return boxes_in_world(placed, boxes, kStill); });
+    scene.instances.resize(1);
+    scene.instances[0].mask = ~0u;
+  }
+  // As often as a segment comes to it.
+  int visits(const Segment& segment) const {
+    int visits = 0;
+    const SceneRay ray = scene_ray(segment);
+    walk(
+        scene, ~0u, [&](const SceneNode& node) { return boxes_met(node, ray); }, [] { return false; },
+        [&](uint32_t) { ++visits; });
+    return visits;
+  }
+};
+
+TEST(SceneNodes, EncloseASparseInstanceBySeveralBoxesAndVisitItOnce) {
+  baker::SourceMesh pair = sphere(20, 40);
+  const baker::SourceMesh one = pair;
+  const auto first = static_cast<uint32_t>(one.positions.size());
+  for (const baker::Position& p : one.positions) pair.positions.push_back({p[0] + 10, p[1] + 10, p[2] + 10});
+  for (const auto& t : one.triangles) pair.triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
+  const Alone sparse(pair), dense(sphere(20, 40));
+
+  ASSERT_EQ(sparse.scene.nodes.size(), 1u);
+  const SceneNode& node = sparse.scene.nodes[0];
+  size_t boxes = 1;
+  while (node.child[boxes - 1] & kAgain) ++boxes;
+  EXPECT_GT(boxes, 2u);
+  EXPECT_FALSE(dense.scene.nodes[0].child[0] & kAgain);  // parts of a sphere are not smaller together
+  for (const baker::Position& p : pair.positions) {
+    const auto holds = [&](size_t k) {
+      for (size_t a = 0; a < 3; ++a) {
+        const float room = 0x1p-11f * (sparse.instance.box_max[a] - sparse.instance.box_min[a]);
+        if (!(node.side[0][a][k] <= p[a] - room && p[a] + room <= node.side[1][a][k])) return false;
+      }
+      return true;
+    };
+    bool held = false;
+    for (size_t k = 0; k < boxes; ++k) held |= holds(k);
+    EXPECT_TRUE(held);
+  }
+  EXPECT_EQ(sparse.visits({{-5, -5, -5}, 0, {30, 30, 30}, 1}), 1);    // through both
+  EXPECT_EQ(sparse.visits({{-5, 5, 5}, 0, {30, 0.1f, 0.1f}, 1}), 0);  // between them, through the box of both
 }
 
 }  // namespace

@@ -16,6 +16,7 @@ struct SceneNode {
   uint32_t child[kBoxes];                // a node, or an instance with kLeaf set
 };
 inline constexpr uint32_t kLeaf = 0x80000000;
+inline constexpr uint32_t kAgain = 0x40000000;  // of an instance: the next box is its, too
 inline constexpr size_t kMostSceneLevels = 16;
 
 // A segment as the hierarchy is asked with it.

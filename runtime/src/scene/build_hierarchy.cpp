@@ -35,7 +35,8 @@ struct Bounds {
 
 class Builder {
  public:
-  Builder(std::span<const Placed> placed, std::vector<SceneNode>& nodes) : placed_(placed), nodes_(nodes) {}
+  Builder(std::span<const Placed> placed, const BoxesOf& boxes_of, std::vector<SceneNode>& nodes)
+      : placed_(placed), boxes_of_(boxes_of), nodes_(nodes) {}
 
   void build() {
     std::vector<uint32_t> all(placed_.size());
@@ -48,6 +49,12 @@ class Builder {
   using Instances = std::span<uint32_t>;
   struct Part {
     Instances instances;
+    Bounds box;
+  };
+  // Some of the boxes of an instance, which is a part by itself.
+  struct Piece {
+    uint32_t instance;
+    std::vector<WorldBox> boxes;
     Bounds box;
   };
   struct Bin {
@@ -86,16 +93,84 @@ class Builder {
       parts[count++] = part_of(greatest->instances.subspan(half));
       *greatest = part_of(greatest->instances.first(half));
     }
+    std::array<Bounds, kBoxes> boxes;
+    std::array<uint32_t, kBoxes> children;
+    children.fill(kLeaf);
+    if (count < kBoxes) {  // all parts are one instance each
+      const std::vector<Piece> pieces = pieces_of(std::span(parts).first(count), level == 0);
+      for (size_t k = 0; k < pieces.size(); ++k) {
+        const bool again = k + 1 < pieces.size() && pieces[k + 1].instance == pieces[k].instance;
+        boxes[k] = pieces[k].box, children[k] = kLeaf | (again ? kAgain : 0) | pieces[k].instance;
+      }
+    } else {
+      for (size_t k = 0; k < kBoxes; ++k) {
+        const Instances of = parts[k].instances;
+        boxes[k] = parts[k].box, children[k] = of.size() == 1 ? kLeaf | of[0] : add(of, level + 1);
+      }
+    }
+    SceneNode& node = nodes_[at];
     for (size_t k = 0; k < kBoxes; ++k) {
-      const Part& part = parts[k];
-      const uint32_t child = k >= count                   ? kLeaf
-                             : part.instances.size() == 1 ? kLeaf | part.instances[0]
-                                                          : add(part.instances, level + 1);
-      SceneNode& node = nodes_[at];
-      for (int a = 0; a < 3; ++a) node.side[0][a][k] = part.box.low[a], node.side[1][a][k] = part.box.high[a];
-      node.child[k] = child;
+      for (int a = 0; a < 3; ++a) node.side[0][a][k] = boxes[k].low[a], node.side[1][a][k] = boxes[k].high[a];
+      node.child[k] = children[k];
     }
     return at;
+  }
+
+  // A box for each instance; with `several`, those that are smaller together than it in its place, as many as there is
+  // room for, side by side.
+  std::vector<Piece> pieces_of(std::span<const Part> parts, bool several) const {
+    std::vector<Piece> pieces;
+    for (const Part& part : parts) {
+      Piece piece{part.instances[0], {}, part.box};
+      if (several && part.box.area() > 0 && std::isfinite(part.box.area())) piece.boxes = boxes_of_(piece.instance);
+      double sum = 0;
+      for (const WorldBox& box : piece.boxes) sum += around({&box, 1}).area();
+      if (!(sum < part.box.area())) piece.boxes.clear();
+      pieces.push_back(std::move(piece));
+    }
+    while (pieces.size() < kBoxes) {
+      const auto size = [](const Piece& piece) { return piece.boxes.size() > 1 ? piece.box.area() : -1; };
+      const auto greatest =
+          std::ranges::max_element(pieces, [&](const Piece& a, const Piece& b) { return size(a) < size(b); });
+      if (greatest->boxes.size() < 2) break;
+      Piece rest = split(*greatest);
+      pieces.insert(greatest + 1, std::move(rest));
+    }
+    return pieces;
+  }
+
+  static Bounds around(std::span<const WorldBox> boxes) {
+    Bounds bounds;
+    for (const WorldBox& box : boxes) bounds.add(box);
+    return bounds;
+  }
+
+  // Takes those boxes away that, by the middles on some axis, are best enclosed by themselves.
+  static Piece split(Piece& piece) {
+    const size_t count = piece.boxes.size();
+    const auto sort_by = [&](int a) {
+      std::ranges::stable_sort(piece.boxes, [&](const WorldBox& x, const WorldBox& y) {
+        return x.low[a] + x.high[a] < y.low[a] + y.high[a];
+      });
+    };
+    const auto from = [&](size_t first, size_t end) {
+      return around(std::span(piece.boxes).subspan(first, end - first));
+    };
+    int best_axis = 0;
+    size_t best = 1;
+    double least = std::numeric_limits<double>::infinity();
+    for (int a = 0; a < 3; ++a) {
+      sort_by(a);
+      for (size_t k = 1; k < count; ++k)
+        if (const double sum = from(0, k).area() + from(k, count).area(); sum < least)
+          least = sum, best_axis = a, best = k;
+    }
+    sort_by(best_axis);
+    Piece rest{piece.instance, {piece.boxes.begin() + static_cast<std::ptrdiff_t>(best), piece.boxes.end()}, {}};
+    rest.box = from(best, count);
+    piece.box = from(0, best);
+    piece.boxes.resize(best);
+    return rest;
   }
 
   Part part_of(Instances instances) const {
@@ -158,14 +233,15 @@ class Builder {
   }
 
   std::span<const Placed> placed_;
+  const BoxesOf& boxes_of_;
   std::vector<SceneNode>& nodes_;
 };
 
 }  // namespace
 
-std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed) {
+std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed, const BoxesOf& boxes_of) {
   std::vector<SceneNode> nodes;
-  Builder(placed, nodes).build();
+  Builder(placed, boxes_of, nodes).build();
   return nodes;
 }
 

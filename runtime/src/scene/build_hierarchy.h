@@ -1,6 +1,8 @@
 // The hierarchy over the instances' boxes.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -13,6 +15,11 @@ namespace vcd {
 // the greatest surface again, until it has sixteen: by the surface-area heuristic over bins of middles (Wald, "On fast
 // construction of SAH-based bounding volume hierarchies", 2007). Deep in the hierarchy, and where boxes are infinite,
 // they are halved by number, so that no path is longer than kMostSceneLevels.
-std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed);
+//
+// Where one node holds all instances and has room left, those of which boxes_of(instance) says smaller boxes than their
+// one box have several, side by side: fewer segments then come to an instance that they pass by. Below a node of
+// sixteen that gained nothing: what more nodes and boxes cost is what they save.
+using BoxesOf = std::function<std::vector<WorldBox>(uint32_t instance)>;
+std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed, const BoxesOf& boxes_of);
 
 }  // namespace vcd

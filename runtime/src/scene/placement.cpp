@@ -97,19 +97,15 @@ struct Range {
   }
 };
 
-// Of the mesh's boxes, along axis i.
-Range range_of(const Affine& a, const MeshBoxes& boxes, size_t i) {
-  Range range;
-  for (size_t k = 0; k < boxes.middle[0].size(); ++k) {
-    double middle = a.t[i], sum = std::abs(middle), reach = 0;
-    for (size_t j = 0; j < 3; ++j) {
-      const double part = a.m[i][j] * boxes.middle[j][k];
-      middle += part, sum += std::abs(part);
-      reach += std::abs(a.m[i][j]) * boxes.half[j][k];
-    }
-    range.add(middle, reach, sum);
+// Adds box k of the mesh, along axis i.
+void add(const Affine& a, const BoxList& boxes, size_t k, size_t i, Range& range) {
+  double middle = a.t[i], sum = std::abs(middle), reach = 0;
+  for (size_t j = 0; j < 3; ++j) {
+    const double part = a.m[i][j] * boxes.middle[j][k];
+    middle += part, sum += std::abs(part);
+    reach += std::abs(a.m[i][j]) * boxes.half[j][k];
   }
-  return range;
+  range.add(middle, reach, sum);
 }
 
 Placed with_box(float low, float high, bool absent) {
@@ -122,19 +118,22 @@ Placed with_box(float low, float high, bool absent) {
 
 MeshBoxes mesh_boxes(const ObjectRecord& record, const Traced& traced) {
   MeshBoxes boxes;
-  const auto add = [&](const HierarchyNode& node, uint32_t child) {
+  const auto add_to = [&](BoxList& list, const HierarchyNode& node, uint32_t child) {
     for (size_t a = 0; a < 3; ++a) {
       const double low = double{node.min[a][child]} - (traced.min[a] - double{record.box_min[a]}),
                    high = double{node.max[a][child]} + (record.box_max[a] - double{traced.max[a]});
-      boxes.middle[a].push_back(0.5 * (low + high)), boxes.half[a].push_back(0.5 * (high - low));
+      list.middle[a].push_back(0.5 * (low + high)), list.half[a].push_back(0.5 * (high - low));
     }
   };
   const auto for_children = [&](const HierarchyNode& node, const auto& f) {
     for (uint32_t k = 0; k < kNodeWidth && node.child[k] != kNoChild; ++k) f(node, k);
   };
   for_children(traced.view.node(kRootUnit), [&](const HierarchyNode& root, uint32_t k) {
-    if (root.child[k] & kLeafChild) add(root, k);
-    else for_children(traced.view.node(root.child[k]), add);
+    add_to(boxes.few, root, k);
+    if (root.child[k] & kLeafChild) add_to(boxes.many, root, k);
+    else
+      for_children(traced.view.node(root.child[k]),
+                   [&](const HierarchyNode& node, uint32_t i) { add_to(boxes.many, node, i); });
   });
   return boxes;
 }
@@ -159,8 +158,8 @@ Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transf
     }
     extent += reach;
     Range range;
-    if (boxes) range = range_of(affine, *boxes, i);
-    else range.add(centre[i], reach, sum);
+    for (size_t k = 0; boxes && k < boxes->many.middle[i].size(); ++k) add(affine, boxes->many, k, i, range);
+    if (!boxes) range.add(centre[i], reach, sum);
     placed.low[i] = down(range.low), placed.high[i] = up(range.high);
     placed.middle[i] = static_cast<float>(0.5 * (range.low + range.high));
     near &= placed.low[i] >= -kFarthest && placed.high[i] <= kFarthest;
@@ -169,6 +168,19 @@ Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transf
   if (!near) placed = everywhere;
   placed.to_grid = to_grid_of(affine, instance, centre).value_or(kNoInverse);
   return placed;
+}
+
+std::vector<WorldBox> boxes_in_world(const Placed& placed, const MeshBoxes& boxes, const Transform& to_world) {
+  const Affine affine(to_world);
+  std::vector<WorldBox> in_world(boxes.few.middle[0].size());
+  for (size_t k = 0; k < in_world.size(); ++k)
+    for (size_t i = 0; i < 3; ++i) {
+      Range range;
+      add(affine, boxes.few, k, i, range);
+      in_world[k].low[i] = std::max(down(range.low), placed.low[i]);
+      in_world[k].high[i] = std::min(up(range.high), placed.high[i]);
+    }
+  return in_world;
 }
 
 void pad_box(SceneInstance& instance) {

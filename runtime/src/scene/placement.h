@@ -17,16 +17,24 @@ struct Placed {
   bool absent;            // it has no extent in the world
 };
 
-// Boxes that hold an object's mesh together, in the object's own frame. Turned with it, they reach less far than its
-// one box does.
-struct MeshBoxes {
+// Boxes that hold an object's mesh together, in the object's own frame, each with as much room to the mesh as the
+// record's box has. Turned with it, they reach less far than its one box does.
+struct BoxList {
   std::vector<double> middle[3], half[3];  // half: of the extents
 };
-// Those of the two upper levels of its hierarchy, each with as much room to the mesh as the record's box has.
+struct MeshBoxes {
+  BoxList few, many;  // of the upper level of its hierarchy, and of the two upper levels
+};
 MeshBoxes mesh_boxes(const ObjectRecord& record, const Traced& traced);
 
 // Any floats are allowed. boxes: null for an object without a hierarchy.
 Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transform& to_world);
+
+struct WorldBox {
+  float low[3], high[3];
+};
+// The few boxes of an instance, where it was placed by them.
+std::vector<WorldBox> boxes_in_world(const Placed& placed, const MeshBoxes& boxes, const Transform& to_world);
 
 // Room between the mesh and the box, as bakers leave it: what a line does that touches the box is then no matter of
 // rounding. Empty boxes stay empty.

@@ -29,12 +29,16 @@ ReachBox box_of(const SceneNode& root) {
 
 void Scene::State::set(std::span<const Transform> to_world) {
   std::vector<Placed> placed;
-  for (size_t i = 0; i < instances.size(); ++i) {
+  const auto boxes_of = [&](size_t i) {
     const auto found = boxes.find(data.instances[i].object);
-    placed.push_back(place(instances[i], found == boxes.end() ? nullptr : &found->second, to_world[i]));
-  }
+    return found == boxes.end() ? nullptr : &found->second;
+  };
+  for (size_t i = 0; i < instances.size(); ++i) placed.push_back(place(instances[i], boxes_of(i), to_world[i]));
   std::vector<Transform> kept(to_world.begin(), to_world.end());
-  data.nodes = build_hierarchy(placed);  // the last that can fail
+  data.nodes = build_hierarchy(placed, [&](uint32_t i) {  // the last that can fail
+    const MeshBoxes* const of = boxes_of(i);
+    return of ? boxes_in_world(placed[i], *of, to_world[i]) : std::vector<WorldBox>();
+  });
   data.box = data.nodes.empty() ? ReachBox{} : box_of(data.nodes[0]);
   data.to_world = std::move(kept);
   has_hierarchies = true;

@@ -27,9 +27,12 @@ class SceneWalk {
         if (levels_ == 0) return kNoInstance;
         at_ = above_[--levels_];
       }
-      const uint32_t child = scene.nodes[at_.node].child[std::countr_zero(at_.met)], instance = child & ~kLeaf;
+      auto at = static_cast<uint32_t>(std::countr_zero(at_.met));
+      const uint32_t* const children = scene.nodes[at_.node].child;
+      const uint32_t child = children[at], instance = child & ~(kLeaf | kAgain);
       at_.met &= at_.met - 1;
       if (child & kLeaf) {
+        while (children[at] & kAgain) at_.met &= ~(1u << ++at);  // its other boxes
         if (scene.instances[instance].mask & mask) return instance;
       } else {
         if (at_.met != 0) above_[levels_++] = at_;
