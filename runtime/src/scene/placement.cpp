@@ -98,7 +98,7 @@ struct Range {
 };
 
 // Adds box k of the mesh, along axis i.
-void add(const Affine& a, const BoxList& boxes, size_t k, size_t i, Range& range) {
+void add_box(const Affine& a, const BoxList& boxes, size_t k, size_t i, Range& range) {
   double middle = a.t[i], sum = std::abs(middle), reach = 0;
   for (size_t j = 0; j < 3; ++j) {
     const double part = a.m[i][j] * boxes.middle[j][k];
@@ -158,7 +158,7 @@ Placed place(const SceneInstance& instance, const MeshBoxes* boxes, const Transf
     }
     extent += reach;
     Range range;
-    for (size_t k = 0; boxes && k < boxes->many.middle[i].size(); ++k) add(affine, boxes->many, k, i, range);
+    for (size_t k = 0; boxes && k < boxes->many.middle[i].size(); ++k) add_box(affine, boxes->many, k, i, range);
     if (!boxes) range.add(centre[i], reach, sum);
     placed.low[i] = down(range.low), placed.high[i] = up(range.high);
     placed.middle[i] = static_cast<float>(0.5 * (range.low + range.high));
@@ -176,7 +176,7 @@ std::vector<WorldBox> boxes_in_world(const Placed& placed, const MeshBoxes& boxe
   for (size_t k = 0; k < in_world.size(); ++k)
     for (size_t i = 0; i < 3; ++i) {
       Range range;
-      add(affine, boxes.few, k, i, range);
+      add_box(affine, boxes.few, k, i, range);
       in_world[k].low[i] = std::max(down(range.low), placed.low[i]);
       in_world[k].high[i] = std::min(up(range.high), placed.high[i]);
     }
