@@ -16,9 +16,8 @@ namespace vcd {
 // construction of SAH-based bounding volume hierarchies", 2007). Deep in the hierarchy, and where boxes are infinite,
 // they are halved by number, so that no path is longer than kMostSceneLevels.
 //
-// Where one node holds all instances and has room left, those of which boxes_of(instance) says smaller boxes than their
-// one box have several, side by side: fewer segments then come to an instance that they pass by. Below a node of
-// sixteen that gained nothing: what more nodes and boxes cost is what they save.
+// Where one node holds all instances and has room left, an instance whose boxes_of(instance) are smaller together than
+// its one box has several, side by side: fewer segments then come to it that pass it by. Elsewhere that gained nothing.
 using BoxesOf = std::function<std::vector<WorldBox>(uint32_t instance)>;
 std::vector<SceneNode> build_hierarchy(std::span<const Placed> placed, const BoxesOf& boxes_of);
 
