@@ -83,7 +83,7 @@ TEST(ProvenBake, NeverAnswersALineWrongly) {
       EXPECT_NE(truth, value == kClear ? Meets::yes : Meets::no) << mesh.name << " " << i;
     }
   }
-  EXPECT_GT(answers[kClear], 20u / kShare);  // aimed at edges, few lines are
+  EXPECT_GT(answers[kClear], kSanitized ? 0u : 20u);  // aimed at edges, few lines are
   EXPECT_GT(answers[kBlocked], 10000u / kShare);
 }
 
