@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -95,6 +96,33 @@ struct Alone {
     return visits;
   }
 };
+
+// As in a damaged file that was only checked for bounds.
+TEST(Placement, StandsEverywhereWhereBoxesAreNoNumbers) {
+  const baker::SourceMesh mesh = sphere(40, 80);
+  const baker::BakedObject baked = must_bake(mesh, proven(1));
+  SceneInstance instance{};
+  std::copy_n(baked.record.box_min, 3, instance.box_min), std::copy_n(baked.record.box_max, 3, instance.box_max);
+  const Transform turned{{{1, 2, 3, 4}, {-2, 1, 0, 5}, {0, 3, -1, 6}}};
+  const auto no_number = std::numeric_limits<float>::quiet_NaN(), infinity = std::numeric_limits<float>::infinity();
+  for (const float bad : {no_number, infinity, -infinity}) {
+    auto section = *baker::build_hierarchy(*baker::prepare(baker::SourceMesh(mesh)));
+    const auto spoil = [&](uint32_t unit) {
+      auto& node = *reinterpret_cast<HierarchyNode*>(section[unit].bytes);
+      for (size_t a = 0; a < 3; ++a) std::ranges::fill(node.min[a], bad), std::ranges::fill(node.max[a], bad);
+      return node;
+    };
+    for (const uint32_t child : spoil(kRootUnit).child)
+      if (!(child & kLeafChild)) spoil(child);
+    const MeshBoxes boxes = mesh_boxes(baked.record, traced(baker::view_of(section)));
+    const Placed placed = place(instance, &boxes, turned);
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_EQ(placed.middle[a], 0);
+      EXPECT_EQ(placed.low[a], -infinity);
+      EXPECT_EQ(placed.high[a], infinity);
+    }
+  }
+}
 
 TEST(SceneNodes, EncloseASparseInstanceBySeveralBoxesAndVisitItOnce) {
   baker::SourceMesh pair = sphere(20, 40);

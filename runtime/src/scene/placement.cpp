@@ -118,10 +118,14 @@ Placed with_box(float low, float high, bool absent) {
 
 MeshBoxes mesh_boxes(const ObjectRecord& record, const Traced& traced) {
   MeshBoxes boxes;
+  constexpr float kGreatest = std::numeric_limits<float>::max();
   const auto add_to = [&](BoxList& list, const HierarchyNode& node, uint32_t child) {
     for (size_t a = 0; a < 3; ++a) {
-      const double low = double{node.min[a][child]} - (traced.min[a] - double{record.box_min[a]}),
-                   high = double{node.max[a][child]} + (record.box_max[a] - double{traced.max[a]});
+      // In files that were only checked for bounds, boxes can be infinite or no numbers.
+      const float min = std::min(std::max(-kGreatest, node.min[a][child]), kGreatest),
+                  max = std::max(std::min(kGreatest, node.max[a][child]), -kGreatest);
+      const double low = double{min} - (traced.min[a] - double{record.box_min[a]}),
+                   high = double{max} + (record.box_max[a] - double{traced.max[a]});
       list.middle[a].push_back(0.5 * (low + high)), list.half[a].push_back(0.5 * (high - low));
     }
   };
