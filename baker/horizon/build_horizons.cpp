@@ -80,7 +80,7 @@ class LeafHorizons {
       const Viewpoint from(frame, corners, reach_);
       if (!from.usable()) continue;
       const Levels levels = trace_horizon(hierarchy_, from, setters_[turned]);
-      const double worth = mean(levels).sum();
+      const double worth = mean(levels).worth();
       sides += worth > 0;
       if (worth > most) most = worth, best.place = place, best.levels = levels;
     }

@@ -24,7 +24,7 @@ class LevelCounts {
     // that code c then stands for.
     std::array<double, kLevels> best, next;
     std::array<std::array<uint8_t, kFinite>, kLevels> from{};
-    const auto worth = [](size_t i) { return answered_above(static_cast<uint8_t>(i)).sum(); };
+    const auto worth = [](size_t i) { return answered_above(static_cast<uint8_t>(i)).worth(); };
     for (size_t i = 0; i < kLevels; ++i) best[i] = sums[i + 1] * worth(i);
     for (uint32_t c = 1; c < kFinite; ++c) {
       for (size_t i = 0; i < kLevels; ++i) {
@@ -76,7 +76,7 @@ LevelTables choose_tables(const std::vector<WeightedLevels>& horizons) {
   const size_t step = horizons.size() / kMost + 1;
   std::vector<WeightedLevels> some;
   for (size_t i = 0; i < horizons.size(); i += step) some.push_back(horizons[i]);
-  std::ranges::stable_sort(some, {}, [](const WeightedLevels& h) { return mean(*h.levels).sum(); });
+  std::ranges::stable_sort(some, {}, [](const WeightedLevels& h) { return mean(*h.levels).worth(); });
   std::array<LevelCounts, kHorizonTables> counts{};
   for (size_t i = 0; i < some.size(); ++i) counts[i * kHorizonTables / some.size()].add(some[i]);
   LevelTables tables = tables_of(counts);
@@ -92,7 +92,7 @@ Encoded encode(const Levels& levels, const LevelTables& tables) {
   Encoded best = encode(levels, tables[0], 0);
   for (uint32_t i = 1; i < kHorizonTables; ++i) {
     const Encoded other = encode(levels, tables[i], i);
-    if (other.answered.sum() > best.answered.sum()) best = other;
+    if (other.answered.worth() > best.answered.worth()) best = other;
   }
   return best;
 }

@@ -1,33 +1,53 @@
 #include "horizon/trace_horizon.h"
 
+// This file is compiled once for each kind of processor.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "horizon/trace_horizon.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
 #include <algorithm>
 #include <bit>
 #include <cmath>
 #include <limits>
 
+HWY_BEFORE_NAMESPACE();
 namespace vcd::baker {
+namespace HWY_NAMESPACE {
 namespace {
 
-constexpr uint32_t kAllSectors = (1u << kHorizonSectors) - 1;
-constexpr uint32_t kWidth = kNodeWidth;
-
-// Things seen from above, each in a circle that is so high: boxes or triangles.
-struct Circles {
-  float u[kWidth], v[kWidth], radius[kWidth], high[kWidth];  // from the middle of the triangle, above its base
-};
+namespace hn = hwy::HWY_NAMESPACE;
+using Tag = hn::CappedTag<float, kNodeWidth>;
+using Floats = hn::VFromD<Tag>;
+using Truth = decltype(hn::FirstN(Tag(), 0));
+constexpr size_t kStep = hn::MaxLanes(Tag());
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Of half a sector and 2^-10 more, which is more than viewpoint.cpp takes: what is passed over here is not seen there.
 constexpr float kTangent = 0.1999278f, kSecant = 1.01979f;
 
-// The middles of the sectors, in floats.
-constexpr auto kMiddles = [] {
-  struct {
-    float u[kHorizonSectors], v[kHorizonSectors];
-  } middles{};
-  for (size_t s = 0; s < kHorizonSectors; ++s)
-    middles.u[s] = static_cast<float>(kMiddleU[s]), middles.v[s] = static_cast<float>(kMiddleV[s]);
-  return middles;
-}();
+HWY_INLINE Floats load(const float* at) { return hn::LoadU(Tag(), at); }
+HWY_INLINE Floats all(float x) { return hn::Set(Tag(), x); }
+HWY_INLINE Truth positive(Floats x) { return hn::Gt(x, hn::Zero(Tag())); }
+HWY_INLINE Floats sum(Floats x, Floats y, Floats z) { return hn::Add(hn::Add(x, y), z); }
+HWY_INLINE Floats sum_of(const float (&a)[3], const Floats (&x)[3]) {
+  return sum(hn::Mul(all(a[0]), x[0]), hn::Mul(all(a[1]), x[1]), hn::Mul(all(a[2]), x[2]));
+}
+HWY_INLINE Floats most_of(const Floats (&x)[3]) { return hn::Max(hn::Max(x[0], x[1]), x[2]); }
+HWY_INLINE uint32_t bits_of(Truth truth) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(Tag(), truth, bytes);
+  return static_cast<uint32_t>(bytes[0] | bytes[1] << 8);
+}
+
+// f(s) for each bit s.
+template <class F>
+HWY_INLINE void for_bits(uint32_t bits, F&& f) {
+  for (; bits; bits &= bits - 1) f(static_cast<uint32_t>(std::countr_zero(bits)));
+}
+
+// By sector, the children of a node or the triangles of a leaf, a bit each.
+using BySector = std::array<uint32_t, kHorizonSectors>;
 
 class HorizonTrace {
  public:
@@ -36,172 +56,205 @@ class HorizonTrace {
     const HierarchyHeader& h = hierarchy.header();
     // Floats err by less than 40 units of roundoff of the coordinates, in all that is compared here.
     slack_ = 0x1p-18f * greatest_coordinate(h.box_min, h.box_max);
-    slopes_.fill(0);
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) farthest_[s] = from.farthest(s) + slack_;
+    for (uint32_t s = 0; s < kHorizonSectors; ++s) {
+      Sector& sector = sectors_[s];
+      sector.u = static_cast<float>(kMiddleU[s]), sector.v = static_cast<float>(kMiddleV[s]);
+      for (const auto& [u, v] : from.around()) {
+        const float f = sector.u * u + sector.v * v, side = sector.u * v - sector.v * u;
+        sector.farthest = std::max(sector.farthest, f);
+        sector.left = std::max(sector.left, side - kTangent * f);
+        sector.right = std::max(sector.right, -side - kTangent * f);
+        sector.behind = std::max(sector.behind, -f);
+      }
+      sector.farthest += slack_, sector.left += 2 * slack_, sector.right += 2 * slack_, sector.behind += slack_;
+      set_slope(s, 0);
+    }
   }
 
   Levels run() {
     const Setters before = setters_;
     setters_.fill({});
-    for (uint32_t s = 0; s < kHorizonSectors; ++s)
-      if (before[s].leaf != 0 && (s == 0 || before[s] != before[s - 1])) raise(before[s], kAllSectors);
-    waiting_[count_++] = {kRootUnit, 0};
-    while (count_ > 0 && lowest_ < kInfinity) {
-      const uint32_t child = waiting_[--count_].child;
-      if (child & kLeafChild) with_leaf(hierarchy_, child, [&](const auto& leaf) { visit(leaf, child); });
-      else visit(hierarchy_.node(child));
+    for (uint32_t s = 0; s < kHorizonSectors;) {
+      const InLeaf& setter = before[s];
+      uint32_t in = 0;
+      for (; s < kHorizonSectors && before[s] == setter; ++s) in |= 1u << s;
+      if (setter.leaf != 0) raise(setter, (in | in << 1 | in >> 1) & kAllSectors);
+    }
+    waiting_[count_++] = {kRootUnit, 0, kAllSectors};
+    while (count_ > 0 && open_ != 0) {
+      const auto [child, steepness, sectors] = waiting_[--count_];
+      if (child & kLeafChild) with_leaf(hierarchy_, child, [&](const auto& leaf) { visit(leaf, child, sectors); });
+      else visit(hierarchy_.node(child), sectors);
     }
     return levels_;
   }
 
  private:
-  static constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  static constexpr uint32_t kAllSectors = (1u << kHorizonSectors) - 1;
   struct Waiting {
     uint32_t child;
     float steepness;
+    uint32_t sectors;  // in which it may be steeper than what is known
   };
 
-  // The sectors in which something of the circle could be steeper than what is known.
-  uint32_t sectors_of(const Circles& c, uint32_t i) const {
-    const float u = c.u[i], v = c.v[i], reach = c.radius[i] + from_.radius() + slack_;
-    const float clear = std::sqrt(u * u + v * v) - reach, high = c.high[i], wide = reach * kSecant;
-    if (clear <= 0) return kAllSectors;
-    float over[kHorizonSectors];
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) {
-      const float f = kMiddles.u[s] * u + kMiddles.v[s] * v, side = std::fabs(kMiddles.u[s] * v - kMiddles.v[s] * u);
-      const float inside = kTangent * f + wide - side;  // not negative where the circle is seen in the sector
-      over[s] = std::min(inside, high - slopes_[s] * clear);
+  // Of the triangle: how far it reaches along the middle of a sector, and out of its two sides. Of what is seen: that
+  // which is above a plane, 0 where a segment could be as steep as the slope.
+  struct Sector {
+    float u, v;  // the middle
+    float farthest = 0, left = 0, right = 0, behind = 0;
+    float slope;
+    float up[3], size[3], more;  // gradient of the height above that plane; its absolute value; the height of corner 0
+  };
+
+  void set_slope(uint32_t s, float slope) {
+    Sector& sector = sectors_[s];
+    sector.slope = slope;
+    if (slope == kInfinity) {
+      open_ &= ~(1u << s);
+      return;
     }
-    uint32_t sectors = 0;
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) sectors |= static_cast<uint32_t>(over[s] > 0) << s;
-    return sectors;
+    for (uint32_t a = 0; a < 3; ++a) {
+      sector.up[a] = frame_.n[a] - slope * (sector.u * frame_.x[a] + sector.v * frame_.y[a]);
+      sector.size[a] = std::fabs(sector.up[a]);
+    }
+    sector.more = slope * (sector.u * from_.middle_u() + sector.v * from_.middle_v() + sector.farthest) - from_.base() +
+                  (1 + slope) * slack_;
   }
 
-  // The sectors along whose middles a corner of a triangle (u, v, high) is steeper than what is known.
-  uint32_t sectors_over(const float (&corners)[3][3]) const {
-    float over[kHorizonSectors];
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) {
-      const float slope = std::min(slopes_[s], horizon::kSteepest);
-      float most = 0;
-      for (const auto& [u, v, high] : corners)
-        most = std::max(most, high - slope * (kMiddles.u[s] * u + kMiddles.v[s] * v - farthest_[s]));
-      over[s] = slopes_[s] < kInfinity ? most : 0;
-    }
-    uint32_t sectors = 0;
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) sectors |= static_cast<uint32_t>(over[s] > 0) << s;
-    return sectors;
-  }
-
-  // The boxes of which something is seen in a sector and is steeper, along its middle, than what is known of it.
-  uint32_t boxes_over(const Circles& c, const float (&middle)[3][kWidth], const float (&half)[3][kWidth]) const {
-    float over[kWidth] = {};
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) {
-      const float slope = slopes_[s], cu = kMiddles.u[s], cv = kMiddles.v[s];
-      if (slope == kInfinity) continue;
-      float g[3], a[3];  // along n, less the slope along the sector's middle
-      for (uint32_t k = 0; k < 3; ++k)
-        g[k] = frame_.n[k] - slope * (cu * frame_.x[k] + cv * frame_.y[k]), a[k] = std::fabs(g[k]);
-      const float more =
-          slope * (cu * from_.middle_u() + cv * from_.middle_v() + farthest_[s]) - from_.base() + (1 + slope) * slack_;
-      for (uint32_t i = 0; i < kWidth; ++i) {
-        const float steep = g[0] * middle[0][i] + g[1] * middle[1][i] + g[2] * middle[2][i] + a[0] * half[0][i] +
-                            a[1] * half[1][i] + a[2] * half[2][i] + more;
-        const float wide = (c.radius[i] + from_.radius() + slack_) * kSecant;
-        const float inside = kTangent * (cu * c.u[i] + cv * c.v[i]) + wide - std::fabs(cu * c.v[i] - cv * c.u[i]);
-        over[i] = std::max(over[i], std::min(steep, inside));
-      }
-    }
-    uint32_t boxes = 0;
-    for (uint32_t i = 0; i < kWidth; ++i) boxes |= static_cast<uint32_t>(over[i] > 0) << i;
-    return boxes;
-  }
-
-  // Those of the first `count` circles that are not below what is known of all sectors.
-  uint32_t high_ones(const Circles& c, uint32_t count) const {
-    float over[kWidth];
+  void visit(const HierarchyNode& node, uint32_t sectors) {
+    BySector over{};
+    uint32_t seen = 0;
+    HWY_ALIGN float steepness[kNodeWidth];
     const float reach = from_.radius() + slack_;
-    for (uint32_t i = 0; i < kWidth; ++i) {
-      const float clear = std::max(std::sqrt(c.u[i] * c.u[i] + c.v[i] * c.v[i]) - c.radius[i] - reach, 0.0f);
-      over[i] = std::min(c.high[i], c.high[i] - lowest_ * clear);
-    }
-    uint32_t high = 0;
-    for (uint32_t i = 0; i < kWidth; ++i) high |= static_cast<uint32_t>(over[i] > 0) << i;
-    return high & ((1u << count) - 1);
-  }
-
-  void visit(const HierarchyNode& node) {
-    uint32_t count = 0;
-    while (count < kWidth && node.child[count] != kNoChild) ++count;
-    Circles c;
-    const auto &x = frame_.x, &y = frame_.y, &n = frame_.n;
-    float middle[3][kWidth], half[3][kWidth];
-    for (uint32_t a = 0; a < 3; ++a)
-      for (uint32_t i = 0; i < kWidth; ++i) {
-        const bool used = i < count;  // absent ones have infinite boxes
-        const float low = used ? node.min[a][i] : frame_.corner[a], high = used ? node.max[a][i] : frame_.corner[a];
-        middle[a][i] = 0.5f * low + 0.5f * high - frame_.corner[a], half[a][i] = 0.5f * high - 0.5f * low;
+    for (size_t i = 0; i < kNodeWidth; i += kStep) {  // of absent children all is NaN, and no comparison true
+      Floats middle[3], half[3];
+      for (uint32_t a = 0; a < 3; ++a) {
+        const Floats low = hn::Mul(all(0.5f), load(node.min[a] + i)), high = hn::Mul(all(0.5f), load(node.max[a] + i));
+        middle[a] = hn::Sub(hn::Add(low, high), all(frame_.corner[a])), half[a] = hn::Sub(high, low);
       }
-    for (uint32_t i = 0; i < kWidth; ++i) {
-      const float p = middle[0][i], q = middle[1][i], r = middle[2][i];
-      const auto extent = [&](const float(&axis)[3]) {
-        return std::fabs(axis[0]) * half[0][i] + std::fabs(axis[1]) * half[1][i] + std::fabs(axis[2]) * half[2][i];
+      const auto extent = [&](const float(&axis)[3]) HWY_ATTR {
+        const float size[3] = {std::fabs(axis[0]), std::fabs(axis[1]), std::fabs(axis[2])};
+        return sum_of(size, half);
       };
-      const float eu = extent(x), ev = extent(y);
-      c.u[i] = x[0] * p + x[1] * q + x[2] * r - from_.middle_u();
-      c.v[i] = y[0] * p + y[1] * q + y[2] * r - from_.middle_v();
-      c.high[i] = n[0] * p + n[1] * q + n[2] * r + extent(n) - from_.base() + slack_;
-      c.radius[i] = std::sqrt(eu * eu + ev * ev);
+      const Floats u = hn::Sub(sum_of(frame_.x, middle), all(from_.middle_u())),
+                   v = hn::Sub(sum_of(frame_.y, middle), all(from_.middle_v())),
+                   high = hn::Add(hn::Add(sum_of(frame_.n, middle), extent(frame_.n)), all(slack_ - from_.base()));
+      const Floats eu = extent(frame_.x), ev = extent(frame_.y);
+      const Floats radius = hn::Add(hn::Sqrt(hn::Add(hn::Mul(eu, eu), hn::Mul(ev, ev))), all(reach)),
+                   away = hn::Sqrt(hn::Add(hn::Mul(u, u), hn::Mul(v, v)));
+      const Truth above = positive(high);
+      if (hn::AllFalse(Tag(), above)) continue;
+      hn::Store(hn::Div(high, away), Tag(), steepness + i);
+      const Floats wide = hn::Mul(radius, all(kSecant));
+      for_bits(sectors & open_, [&](uint32_t s) HWY_ATTR {
+        const Sector& sector = sectors_[s];
+        const Floats steep = hn::Add(hn::Add(sum_of(sector.up, middle), sum_of(sector.size, half)), all(sector.more));
+        const Floats f = hn::Add(hn::Mul(all(sector.u), u), hn::Mul(all(sector.v), v)),
+                     side = hn::Sub(hn::Mul(all(sector.u), v), hn::Mul(all(sector.v), u));
+        const Floats inside = hn::Sub(hn::Add(hn::Mul(all(kTangent), f), wide), hn::Abs(side));
+        const uint32_t bits = bits_of(hn::And(above, positive(hn::Min(steep, inside)))) << i;
+        over[s] |= bits, seen |= bits;
+      });
     }
     const uint32_t first = count_;
-    for (uint32_t left = high_ones(c, count) & boxes_over(c, middle, half); left; left &= left - 1) {
-      const auto i = static_cast<uint32_t>(std::countr_zero(left));
-      const float steepness = c.high[i] / std::sqrt(c.u[i] * c.u[i] + c.v[i] * c.v[i]);
+    for_bits(seen, [&](uint32_t i) {
+      uint32_t in = 0;
+      for (uint32_t s = 0; s < kHorizonSectors; ++s) in |= (over[s] >> i & 1) << s;
       uint32_t at = count_++;  // the steepest last: most of the others are then below what is known
-      for (; at > first && waiting_[at - 1].steepness > steepness; --at) waiting_[at] = waiting_[at - 1];
-      waiting_[at] = {node.child[i], steepness};
-    }
+      for (; at > first && waiting_[at - 1].steepness > steepness[i]; --at) waiting_[at] = waiting_[at - 1];
+      waiting_[at] = {node.child[i], steepness[i], in};
+    });
   }
+
+  // The corners of triangles seen from above, from the middle of the triangle and above its base; and which are so near
+  // that may_raise() cannot tell whether they are overhead.
+  struct Corners {
+    Floats u[3], v[3], high[3];
+    Truth near;
+  };
 
   template <uint32_t kVertices>
-  void visit(const HierarchyLeaf<kVertices>& leaf, uint32_t child) {
-    float u[kVertices], v[kVertices], w[kVertices];
-    const auto &x = frame_.x, &y = frame_.y, &n = frame_.n;
-    for (uint32_t i = 0; i < kVertices; ++i) {
-      const float p = leaf.vertex[0][i] - frame_.corner[0], q = leaf.vertex[1][i] - frame_.corner[1],
-                  r = leaf.vertex[2][i] - frame_.corner[2];
-      u[i] = x[0] * p + x[1] * q + x[2] * r - from_.middle_u();
-      v[i] = y[0] * p + y[1] * q + y[2] * r - from_.middle_v();
-      w[i] = n[0] * p + n[1] * q + n[2] * r - from_.base() + slack_;
+  void visit(const HierarchyLeaf<kVertices>& leaf, uint32_t child, uint32_t sectors) {
+    HWY_ALIGN float u[kVertices], v[kVertices], high[kVertices];
+    for (size_t i = 0; i < kVertices; i += kStep) {
+      Floats at[3];
+      for (uint32_t a = 0; a < 3; ++a) at[a] = hn::Sub(load(leaf.vertex[a] + i), all(frame_.corner[a]));
+      hn::Store(hn::Sub(sum_of(frame_.x, at), all(from_.middle_u())), Tag(), u + i);
+      hn::Store(hn::Sub(sum_of(frame_.y, at), all(from_.middle_v())), Tag(), v + i);
+      hn::Store(hn::Add(sum_of(frame_.n, at), all(slack_ - from_.base())), Tag(), high + i);
     }
-    Circles c;
-    for (uint32_t i = 0; i < kWidth; ++i) {
-      const uint32_t k0 = leaf.corner[0][i], k1 = leaf.corner[1][i], k2 = leaf.corner[2][i];
-      c.u[i] = (u[k0] + u[k1] + u[k2]) * (1 / 3.0f), c.v[i] = (v[k0] + v[k1] + v[k2]) * (1 / 3.0f);
-      const auto away2 = [&](uint32_t k) {
-        return (u[k] - c.u[i]) * (u[k] - c.u[i]) + (v[k] - c.v[i]) * (v[k] - c.v[i]);
-      };
-      c.radius[i] = std::sqrt(std::max({away2(k0), away2(k1), away2(k2)}));
-      c.high[i] = std::max({w[k0], w[k1], w[k2]});
+    Corners corners[kNodeWidth / kStep];
+    for (size_t i = 0; i < kNodeWidth; i += kStep) {
+      Corners& c = corners[i / kStep];
+      for (uint32_t k = 0; k < 3; ++k) {
+        const hn::Rebind<uint8_t, Tag> bytes;
+        const auto index = hn::PromoteTo(hn::RebindToSigned<Tag>(), hn::LoadU(bytes, leaf.corner[k] + i));
+        c.u[k] = hn::GatherIndex(Tag(), u, index), c.v[k] = hn::GatherIndex(Tag(), v, index);
+        c.high[k] = hn::GatherIndex(Tag(), high, index);
+      }
+      const Floats third = all(1 / 3.0f), u0 = hn::Mul(third, sum(c.u[0], c.u[1], c.u[2])),
+                   v0 = hn::Mul(third, sum(c.v[0], c.v[1], c.v[2]));
+      const auto length = [](Floats x, Floats y) HWY_ATTR { return hn::Sqrt(hn::Add(hn::Mul(x, x), hn::Mul(y, y))); };
+      Floats away[3];
+      for (uint32_t k = 0; k < 3; ++k) away[k] = length(hn::Sub(c.u[k], u0), hn::Sub(c.v[k], v0));
+      c.near = hn::Lt(hn::Sub(length(u0, v0), most_of(away)), all(2 * from_.radius() + 4 * slack_));
     }
-    const auto count = static_cast<uint32_t>(std::popcount(leaf.present));
-    for (uint32_t left = high_ones(c, count); left; left &= left - 1) {
-      const auto i = static_cast<uint32_t>(std::countr_zero(left));
-      uint32_t sectors = sectors_of(c, i);
-      if (sectors == 0) continue;
-      const uint32_t k[] = {leaf.corner[0][i], leaf.corner[1][i], leaf.corner[2][i]};
-      const float at[3][3] = {{u[k[0]], v[k[0]], w[k[0]]}, {u[k[1]], v[k[1]], w[k[1]]}, {u[k[2]], v[k[2]], w[k[2]]}};
-      sectors &= sectors_over(at);
-      if (sectors != 0) raise({child, i}, sectors);
-    }
+    BySector over{};
+    uint32_t seen = 0;
+    const auto look = [&](uint32_t some) HWY_ATTR {
+      for_bits(some, [&](uint32_t s) HWY_ATTR {
+        over[s] = 0;
+        for (size_t i = 0; i < kNodeWidth; i += kStep) over[s] |= bits_of(may_raise(corners[i / kStep], s)) << i;
+        over[s] &= leaf.present;
+      });
+    };
+    look(sectors &= open_);
+    for_bits(sectors, [&](uint32_t s) { seen |= over[s]; });
+    for_bits(seen, [&](uint32_t i) HWY_ATTR {
+      uint32_t in = 0;
+      for_bits(sectors & open_, [&](uint32_t s) { in |= (over[s] >> i & 1) << s; });
+      if (in != 0) look(raise({child, i}, in) & sectors & open_);
+    });
   }
 
-  void raise(const InLeaf& occluder, uint32_t sectors) {
-    const uint32_t raised = from_.raise(corners_at(hierarchy_, occluder), sectors, levels_);
-    for (uint32_t left = raised; left; left &= left - 1) {
-      const auto s = static_cast<size_t>(std::countr_zero(left));
-      setters_[s] = occluder, slopes_[s] = slope_of(levels_[s]);
+  // Whether parts of triangles are in a sector, seen from anywhere on the triangle, and steeper than what is known:
+  // what of them is in front of it, and not beyond either side of the sector. The height above the plane of the slope
+  // is greatest at a corner of that part: at a corner of the triangle, or where one of its edges leaves it. Nothing
+  // else is a corner of parts that are not near.
+  HWY_INLINE Truth may_raise(const Corners& c, uint32_t s) const {
+    const Sector& sector = sectors_[s];
+    Floats steep[3], in[3][3];
+    for (uint32_t k = 0; k < 3; ++k) {
+      const Floats f = hn::Add(hn::Mul(all(sector.u), c.u[k]), hn::Mul(all(sector.v), c.v[k])),
+                   side = hn::Sub(hn::Mul(all(sector.u), c.v[k]), hn::Mul(all(sector.v), c.u[k])),
+                   wide = hn::Mul(all(kTangent), f);
+      steep[k] = hn::Add(hn::Sub(c.high[k], hn::Mul(all(sector.slope), f)), all(sector.slope * sector.farthest));
+      in[0][k] = hn::Add(hn::Sub(wide, side), all(sector.left));
+      in[1][k] = hn::Add(hn::Add(wide, side), all(sector.right));
+      in[2][k] = hn::Add(f, all(sector.behind));
     }
-    if (raised) lowest_ = *std::ranges::min_element(slopes_);
+    Truth some = positive(hn::Min(most_of(steep), most_of(c.high)));
+    for (const auto& inside : in) some = hn::And(some, positive(most_of(inside)));
+    if (hn::AllFalse(Tag(), some)) return some;
+    Truth found = c.near;
+    for (uint32_t k = 0; k < 3; ++k)
+      found = hn::Or(found, positive(hn::Min(hn::Min(steep[k], in[0][k]), hn::Min(in[1][k], in[2][k]))));
+    for (uint32_t line = 0; line < 3; ++line)
+      for (uint32_t k = 0; k < 3; ++k) {
+        const uint32_t next = (k + 1) % 3;
+        const Floats p = in[line][k], q = in[line][next], sign = hn::And(p, hn::SignBit(Tag()));
+        const auto where = [&](const Floats(&x)[3])
+                               HWY_ATTR { return hn::Xor(hn::Sub(hn::Mul(p, x[next]), hn::Mul(q, x[k])), sign); };
+        const Floats least = hn::Min(hn::Min(where(steep), where(in[(line + 1) % 3])), where(in[(line + 2) % 3]));
+        found = hn::Or(found, hn::And(hn::Lt(hn::Mul(p, q), hn::Zero(Tag())), positive(least)));
+      }
+    return hn::And(some, found);
+  }
+
+  uint32_t raise(const InLeaf& occluder, uint32_t sectors) {
+    const uint32_t raised = from_.raise(corners_at(hierarchy_, occluder), sectors, levels_);
+    for_bits(raised, [&](uint32_t s) { setters_[s] = occluder, set_slope(s, slope_of(levels_[s])); });
+    return raised;
   }
 
   const HierarchyView& hierarchy_;
@@ -209,14 +262,27 @@ class HorizonTrace {
   const HorizonFrame& frame_;
   Setters& setters_;
   Levels levels_{};
-  std::array<float, kHorizonSectors> slopes_;  // of levels_
-  std::array<float, kHorizonSectors> farthest_;
-  float lowest_ = 0, slack_;  // lowest_: of slopes_
+  std::array<Sector, kHorizonSectors> sectors_;
+  uint32_t open_ = kAllSectors;  // those with a slope
+  float slack_;
   Waiting waiting_[kMostLevels * kNodeWidth];
   uint32_t count_ = 0;
 };
 
 }  // namespace
+
+Levels TraceHorizon(const HierarchyView& hierarchy, const Viewpoint& from, Setters& setters) {
+  return HorizonTrace(hierarchy, from, setters).run();
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace vcd::baker
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace vcd::baker {
+
+HWY_EXPORT(TraceHorizon);
 
 Triangle corners_at(const HierarchyView& hierarchy, const InLeaf& at) {
   return with_leaf(hierarchy, at.leaf, [&](const auto& leaf) {
@@ -228,7 +294,8 @@ Triangle corners_at(const HierarchyView& hierarchy, const InLeaf& at) {
 }
 
 Levels trace_horizon(const HierarchyView& hierarchy, const Viewpoint& from, Setters& setters) {
-  return HorizonTrace(hierarchy, from, setters).run();
+  return HWY_DYNAMIC_DISPATCH(TraceHorizon)(hierarchy, from, setters);
 }
 
 }  // namespace vcd::baker
+#endif

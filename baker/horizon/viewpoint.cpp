@@ -21,7 +21,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr size_t kMostPoints = 12;
 struct Points {
   std::array<double, kMostPoints> u, v, h;
-  size_t count = 0;
+  size_t count;
   double error;
 };
 
@@ -140,17 +140,12 @@ Viewpoint::Viewpoint(const HorizonFrame& frame, const Triangle& corners, float r
   middle_u_ = static_cast<float>((corners_[0].u + corners_[1].u + corners_[2].u) / 3);
   middle_v_ = static_cast<float>((corners_[0].v + corners_[1].v + corners_[2].v) / 3);
   double radius = 0;
-  for (const Seen& c : corners_) {
-    const double u = c.u - double{middle_u_}, v = c.v - double{middle_v_};
+  for (size_t i = 0; i < 3; ++i) {
+    const double u = corners_[i].u - double{middle_u_}, v = corners_[i].v - double{middle_v_};
+    around_[i] = {static_cast<float>(u), static_cast<float>(v)};
     radius = std::max(radius, u * u + v * v);
   }
   radius_ = static_cast<float>(std::sqrt(radius) * (1 + 0x1p-20));
-  for (uint32_t s = 0; s < kHorizonSectors; ++s) {
-    double farthest = 0;
-    for (const Seen& c : corners_)
-      farthest = std::max(farthest, kMiddleU[s] * (c.u - double{middle_u_}) + kMiddleV[s] * (c.v - double{middle_v_}));
-    farthest_[s] = static_cast<float>(farthest * (1 + 0x1p-20));
-  }
 }
 
 Seen Viewpoint::see(const std::array<float, 3>& point) const {
@@ -166,7 +161,8 @@ uint32_t Viewpoint::raise(const Triangle& occluder, uint32_t which, Levels& leve
   std::array<Seen, 4> above;
   const size_t corners = clip({see(occluder[0]), see(occluder[1]), see(occluder[2])}, base_, above);
   if (corners == 0) return 0;
-  Points points{{}, {}, {}, 0, error_};
+  Points points;
+  points.count = 0, points.error = error_;
   for (size_t i = 0; i < corners; ++i)
     for (const Seen& c : corners_) {
       points.u[points.count] = above[i].u - c.u, points.v[points.count] = above[i].v - c.v;
@@ -175,22 +171,23 @@ uint32_t Viewpoint::raise(const Triangle& occluder, uint32_t which, Levels& leve
   for (size_t i = points.count; i < kMostPoints; ++i)
     points.u[i] = points.u[i - 1], points.v[i] = points.v[i - 1], points.h[i] = points.h[i - 1];
 
-  bool apart = false;
   uint32_t raised = 0;
   const auto raise_to = [&](uint32_t sector, double slope) {
     slope *= 1 + 0x1p-40;
     if (slope > double{slope_of(levels[sector])}) levels[sector] = level_above(slope), raised |= 1u << sector;
   };
+  bool apart = false;
+  InSector at;
   for (uint32_t left = which; left; left &= left - 1) {
     const auto s = static_cast<uint32_t>(std::countr_zero(left));
-    InSector at;
     apart |= look_along(points, s, at) > 2 * error_;
     if (levels[s] == kNever || all_below(points, at, double{slope_of(levels[s])})) continue;
     raise_to(s, slope_inside(points, at));
   }
   // Overhead: straight up, all sectors meet it.
-  if (!apart && !edges_part(corners_, 3, points) && !edges_part(above, corners, points))
-    for (uint32_t s = 0; s < kHorizonSectors; ++s) raise_to(s, kInfinity);
+  apart = apart || edges_part(corners_, 3, points) || edges_part(above, corners, points);
+  for (uint32_t s = 0; s < kHorizonSectors && !apart; ++s) apart = look_along(points, s, at) > 2 * error_;
+  for (uint32_t s = 0; s < kHorizonSectors && !apart; ++s) raise_to(s, kInfinity);
   return raised;
 }
 

@@ -45,11 +45,12 @@ class Viewpoint {
   uint32_t raise(const Triangle& occluder, uint32_t which, Levels& levels) const;
 
   const HorizonFrame& frame() const { return frame_; }
-  float middle_u() const { return middle_u_; }  // of a circle around the triangle, seen from above
+  // The triangle seen from above: the middle of a circle around it, and its corners from there; rounded.
+  float middle_u() const { return middle_u_; }
   float middle_v() const { return middle_v_; }
   float radius() const { return radius_; }
-  float farthest(uint32_t sector) const { return farthest_[sector]; }  // of the triangle along a sector's middle
-  float base() const { return static_cast<float>(base_); }             // along n, of the lowest begin; rounded
+  const std::array<std::array<float, 2>, 3>& around() const { return around_; }
+  float base() const { return static_cast<float>(base_); }  // along n, of the lowest begin; rounded
 
  private:
   Seen see(const std::array<float, 3>& point) const;
@@ -58,7 +59,7 @@ class Viewpoint {
   std::array<Seen, 3> corners_;
   double base_, error_;
   float middle_u_, middle_v_, radius_;
-  std::array<float, kHorizonSectors> farthest_;
+  std::array<std::array<float, 2>, 3> around_;
   bool usable_;
 };
 

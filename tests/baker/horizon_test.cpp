@@ -1,4 +1,5 @@
 // Horizons: levels, codes, what a triangle raises, and the section as a whole.
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <random>
@@ -12,8 +13,10 @@
 #include <vcd/format/layout.h>
 
 #include "horizon/level_codes.h"
+#include "horizon/trace_horizon.h"
 #include "horizon/viewpoint.h"
 #include "support/files.h"
+#include "support/kernel_targets.h"
 #include "support/meshes.h"
 #include "support/random.h"
 
@@ -79,7 +82,7 @@ TEST(HorizonLevels, CodesAreNeverBelowThem) {
     const Encoded encoded = encode(levels, tables);
     for (uint32_t s = 0; s < kHorizonSectors; ++s)
       ASSERT_GE(tables[encoded.table][horizon_code(encoded.codes, s)], levels[s]);
-    exact += mean(levels).sum(), coded += encoded.answered.sum();
+    exact += mean(levels).worth(), coded += encoded.answered.worth();
   }
   EXPECT_GT(coded, 0.93 * exact);
 }
@@ -89,7 +92,7 @@ TEST(HorizonTables, AnObjectOfFewLevelsIsCodedWithoutLoss) {
   std::vector<WeightedLevels> weighted;
   for (size_t i = 0; i < all.size(); ++i) all[i].fill(static_cast<uint8_t>(10 * i)), weighted.push_back({&all[i], 1});
   const LevelTables tables = choose_tables(weighted);
-  for (const Levels& levels : all) EXPECT_DOUBLE_EQ(encode(levels, tables).answered.sum(), mean(levels).sum());
+  for (const Levels& levels : all) EXPECT_DOUBLE_EQ(encode(levels, tables).answered.worth(), mean(levels).worth());
 }
 
 // All points of a triangle, as any place above the other sees them, are below the levels.
@@ -127,6 +130,64 @@ TEST(HorizonViewpoint, NothingOfAnOccluderIsAboveItsLevels) {
     }
   }
   EXPECT_GT(finite, 5000u);
+}
+
+// The triangles of a node's leaves and of all below it, as places.
+void add_places(const HierarchyView& hierarchy, uint32_t unit, std::vector<uint32_t>& places) {
+  const HierarchyNode& node = hierarchy.node(unit);
+  for (uint32_t i = 0; i < kNodeWidth && node.child[i] != kNoChild; ++i) {
+    const uint32_t child = node.child[i];
+    if (!(child & kLeafChild)) {
+      add_places(hierarchy, child, places);
+      continue;
+    }
+    const auto count = with_leaf(hierarchy, child, [](const auto& leaf) { return std::popcount(leaf.present); });
+    for (uint32_t t = 0; t < static_cast<uint32_t>(count); ++t)
+      places.push_back((child & kUnitMask) | (child & kLargeChild ? kPlaceLarge : 0) | t << kPlaceTriangleShift);
+  }
+}
+
+// The floor with walls under a roof that no edge of is near.
+SourceMesh hall() {
+  SourceMesh mesh = floor_with_walls(0.5f);
+  const auto first = static_cast<uint32_t>(mesh.positions.size());
+  mesh.positions.insert(mesh.positions.end(), {{-30, -30, 1}, {30, -30, 1}, {0, 60, 1}});
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  return mesh;
+}
+
+// What is passed over would change nothing, whatever the processor and whatever is tried first.
+TEST(HorizonTrace, FindsWhatALookAtEveryTriangleFinds) {
+  for (const SourceMesh& source : {floor_with_walls(0.3f), hall(), leaves(100), sphere(10, 20)}) {
+    const Subject subject{SourceMesh(source)};
+    const HierarchyView hierarchy = view_of(subject.section);
+    const HierarchyHeader& header = hierarchy.header();
+    std::vector<uint32_t> places;
+    add_places(hierarchy, kRootUnit, places);
+    for (const uint32_t place : places)
+      for (const uint32_t turned : {0u, 1u}) {
+        HorizonFrame frame;
+        if (!frame_at(hierarchy, place | (turned ? kPlaceTurned : 0), frame)) continue;
+        const auto in_leaf = [](uint32_t at) { return InLeaf{leaf_of(at), triangle_of(at)}; };
+        const Viewpoint from(frame, corners_at(hierarchy, in_leaf(place)),
+                             greatest_coordinate(header.box_min, header.box_max));
+        if (!from.usable()) continue;
+        Levels expected{}, most{};
+        Setters first{};  // the steepest but for what is overhead, which must be found nevertheless
+        for (const uint32_t other : places) {
+          Levels levels{};
+          from.raise(corners_at(hierarchy, in_leaf(other)), 0xFFFF, levels);
+          for (uint32_t s = 0; s < kHorizonSectors; ++s) {
+            expected[s] = std::max(expected[s], levels[s]);
+            if (levels[s] > most[s] && levels[s] != kNever) most[s] = levels[s], first[s] = in_leaf(other);
+          }
+        }
+        with_every_target([&](const char* target) {
+          Setters setters = first;
+          ASSERT_EQ(trace_horizon(hierarchy, from, setters), expected) << target;
+        });
+      }
+  }
 }
 
 TEST(Horizons, ConvexObjectsAnswerAllButTheGrazing) {
