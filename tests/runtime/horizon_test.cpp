@@ -239,13 +239,33 @@ TEST_F(HorizonTest, EveryKernelGivesTheAnswersOfTheRule) {
   }
 }
 
+// Bundles of each kind from a point, with more segments than are answered at once.
+class Lights {
+ public:
+  explicit Lights(FloatRandom& random) {
+    for (int i = 0; i < 300; ++i) {
+      u_.push_back(random.uniform()), v_.push_back(random.uniform());
+      x_.push_back(random.between(-2, 2)), y_.push_back(random.between(-2, 2)), z_.push_back(random.between(-2, 2));
+    }
+  }
+  template <class Check>
+  void for_each(const float (&origin)[3], const Check& check) const {
+    QuadBundle quad{{}, {3, 3, -1}, {-2, 1, 0}, {0, 1, 2}, u_, v_};
+    SphereBundle sphere_light{{}, {0, 0, 0}, 4, x_, y_, z_};
+    PointBundle points{{}, x_, y_, z_};
+    for (float* from : {quad.origin, sphere_light.origin, points.origin}) std::copy_n(origin, 3, from);
+    check(quad), check(sphere_light), check(points);
+  }
+
+ private:
+  std::vector<float> u_, v_, x_, y_, z_;
+};
+
+bool bit(const std::vector<uint64_t>& words, size_t i) { return words[i / 64] >> i % 64 & 1; }
+
 TEST_F(HorizonTest, BundlesGiveTheAnswersOfTheirSegments) {
   FloatRandom random(12);
-  std::vector<float> u, v, x, y, z;
-  for (int i = 0; i < 300; ++i) {
-    u.push_back(random.uniform()), v.push_back(random.uniform());
-    x.push_back(random.between(-2, 2)), y.push_back(random.between(-2, 2)), z.push_back(random.between(-2, 2));
-  }
+  const Lights lights(random);
   for (const std::string& kernel : kernels()) {
     const Sidecar sidecar = open(kernel);
     const Object object = sidecar.object(0);
@@ -253,34 +273,38 @@ TEST_F(HorizonTest, BundlesGiveTheAnswersOfTheirSegments) {
     for (int k = 0; k < 40; ++k) {
       const uint32_t triangle = random.below(count());
       const Segment from = FromTriangle{*source_}(triangle, random);
-      QuadBundle quad{{}, {3, 3, -1}, {-2, 1, 0}, {0, 1, 2}, u, v};
-      SphereBundle sphere_light{{}, {0, 0, 0}, 4, x, y, z};
-      PointBundle points{{}, x, y, z};
-      for (float* origin : {quad.origin, sphere_light.origin, points.origin}) std::copy_n(from.origin, 3, origin);
-      const auto check = [&](const auto& bundle) {
+      lights.for_each(from.origin, [&](const auto& bundle) {
         std::vector<uint64_t> left(5), blocked(5);
         object.classify_self(bundle, triangle, left);
         object.occluded_self(bundle, triangle, blocked);
         for (size_t i = 0; i < bundle.size(); ++i) {
           const Segment s = segment_of(bundle, i);
-          const bool open_bit = left[i / 64] >> i % 64 & 1;
-          ASSERT_EQ(open_bit, object.classify_self(s, triangle) != Visibility::clear) << kernel;
-          ASSERT_EQ((blocked[i / 64] >> i % 64 & 1) != 0, judged_->referee.occluded(s)) << kernel;
-          clear += !open_bit;
+          ASSERT_EQ(bit(left, i), object.classify_self(s, triangle) != Visibility::clear) << kernel;
+          ASSERT_EQ(bit(blocked, i), judged_->referee.occluded(s)) << kernel;
+          clear += !bit(left, i);
         }
-      };
-      check(quad), check(sphere_light), check(points);
+      });
     }
     EXPECT_GT(clear, 3000u);
   }
 }
 
+constexpr Transform kMirrored{{{-2, 0, 0, 3}, {0, 2, 0, 0}, {0, 0, 2, 0}}};
+constexpr Transform kTurned{{{0, -1, 0, -3}, {1, 0, 0, 0}, {0, 0, 1, 0}}};
+Segment placed(const Segment& own, const Transform& t) {
+  Segment s = own;
+  for (int a = 0; a < 3; ++a) {
+    s.origin[a] = t.rows[a][3], s.direction[a] = 0;
+    for (int b = 0; b < 3; ++b)
+      s.origin[a] += t.rows[a][b] * own.origin[b], s.direction[a] += t.rows[a][b] * own.direction[b];
+  }
+  return s;
+}
+
 TEST_F(HorizonTest, S30_ScenesAskTheInstanceOfTheOriginMirroredOnesToo) {
   const Sidecar sidecar = open();
   const Object object = sidecar.object(0);
-  const Transform mirrored{{{-2, 0, 0, 3}, {0, 2, 0, 0}, {0, 0, 2, 0}}};
-  const Transform turned{{{0, -1, 0, -3}, {1, 0, 0, 0}, {0, 0, 1, 0}}};
-  const auto scene = Scene::build(std::array{SceneInstance::of(object, mirrored), SceneInstance::of(object, turned)});
+  const auto scene = Scene::build(std::array{SceneInstance::of(object, kMirrored), SceneInstance::of(object, kTurned)});
   ASSERT_TRUE(scene);
   FloatRandom random(13);
   std::vector<Segment> world;
@@ -288,14 +312,7 @@ TEST_F(HorizonTest, S30_ScenesAskTheInstanceOfTheOriginMirroredOnesToo) {
   size_t asked = 0, asked_without = 0;
   for (int i = 0; i < 3000 / kShare; ++i) {
     const uint32_t triangle = random.below(count()), instance = random.below(2);
-    const Segment own = FromTriangle{*source_}(triangle, random);
-    Segment s = own;
-    const Transform& t = instance == 0 ? mirrored : turned;
-    for (int a = 0; a < 3; ++a) {
-      s.origin[a] = t.rows[a][3], s.direction[a] = 0;
-      for (int b = 0; b < 3; ++b)
-        s.origin[a] += t.rows[a][b] * own.origin[b], s.direction[a] += t.rows[a][b] * own.direction[b];
-    }
+    const Segment s = placed(FromTriangle{*source_}(triangle, random), instance == 0 ? kMirrored : kTurned);
     world.push_back(s), origins.push_back(instance), primitives.push_back(triangle);
     const SceneQuery without{~0u, std::span(&origins.back(), 1)};
     const SceneQuery query{~0u, std::span(&origins.back(), 1), std::span(&primitives.back(), 1)};
@@ -323,6 +340,45 @@ TEST_F(HorizonTest, S30_ScenesAskTheInstanceOfTheOriginMirroredOnesToo) {
     return count_self;
   };
   EXPECT_LT(2 * traced(primitives), traced({}));
+}
+
+TEST_F(HorizonTest, S30_BundlesInScenesAskOfTheirSegmentsWhatSingleOnesDo) {
+  FloatRandom random(14);
+  const Lights lights(random);
+  for (const std::string& kernel : kernels()) {
+    const Sidecar sidecar = open(kernel);
+    const Object object = sidecar.object(0);
+    const auto scene =
+        Scene::build(std::array{SceneInstance::of(object, kMirrored), SceneInstance::of(object, kTurned)}, kernel);
+    ASSERT_TRUE(scene);
+    size_t asked = 0, of = 0;
+    for (int k = 0; k < 40; ++k) {
+      const uint32_t triangle = random.below(count()), instance = random.below(2);
+      const Segment from = placed(FromTriangle{*source_}(triangle, random), instance == 0 ? kMirrored : kTurned);
+      const SceneQuery query{~0u, std::span(&instance, 1), std::span(&triangle, 1)};
+      lights.for_each(from.origin, [&](const auto& bundle) {
+        std::vector<uint64_t> self(5), blocked(5), unused(5);
+        scene->occluded(
+            bundle, unused,
+            [&](const UnclassifiedSegments& left) {
+              for (size_t i = 0; i < left.segments.count; ++i)
+                if (left.instance == instance) self[left.indices[i] / 64] |= uint64_t{1} << left.indices[i] % 64;
+            },
+            query);
+        scene->occluded(bundle, blocked, query);
+        for (size_t i = 0; i < bundle.size(); ++i) {
+          const Segment s = segment_of(bundle, i);
+          bool single = false;
+          scene->occluded(
+              s, [&](uint32_t other) { return single |= other == instance, false; }, query);
+          ASSERT_EQ(bit(self, i), single) << kernel;
+          ASSERT_EQ(bit(blocked, i), scene->occluded(s, {~0u, std::span(&instance, 1)})) << kernel;
+          asked += single, ++of;
+        }
+      });
+    }
+    EXPECT_LT(asked, of - of / 5) << kernel;
+  }
 }
 
 TEST_F(HorizonTest, SpeaksC) {

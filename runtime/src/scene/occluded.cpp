@@ -21,7 +21,7 @@ namespace {
 struct Asked {
   const Scene::State& scene;
   const SceneQuery& query;
-  bool one_origin;                 // all segments begin on the query's first instance
+  bool one_origin;                 // all segments begin at one point, on the query's first instance
   const TraceUnclassified* trace;  // null: look up only
   bool hierarchies = false;        // they are what is traced
 
@@ -88,22 +88,29 @@ void trace(const Asked& asked, Chunk& chunk, uint32_t instance, const SampleBits
   for (size_t k = 0; k < count; ++k) chunk.blocked.set(indices[k] - chunk.first, blocked[k] != 0);
 }
 
-// Segments of a bundle that are trusted, by the object's own hierarchy.
-SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
-  const SceneData& data = scene.data;
-  const ObjectData& object = traced_object(data, instance);
+// ask() of segments of a bundle that are trusted, in the frame of an instance's object.
+template <class Ask>
+SampleBits ask_object(const Scene::State& scene, const Chunk& chunk, uint32_t instance, const SampleBits& bits,
+                      const Ask& ask) {
+  const InstanceData& placed = scene.data.instances[instance];
   SegmentColumns<kChunk> moved;
   for (size_t r = 0; r * kRun < chunk.count; ++r)
     if (const size_t at = r * kRun; bits.run(r) != 0)
-      scene.kernels->to_object(data.instances[instance].to_grid, data.instances[instance].to_frame,
-                               chunk.columns.view(at, kRun),
+      scene.kernels->to_object(placed.to_grid, placed.to_frame, chunk.columns.view(at, kRun),
                                {moved.origin[0] + at, moved.origin[1] + at, moved.origin[2] + at},
                                {moved.direction[0] + at, moved.direction[1] + at, moved.direction[2] + at});
   const size_t some = bits.lowest();
-  return object.trace->fan(object.traced, {{moved.origin[0][some], moved.origin[1][some], moved.origin[2][some]},
-                                           {moved.direction[0], moved.direction[1], moved.direction[2]},
-                                           chunk.count,
-                                           bits});
+  return ask(Fan{{moved.origin[0][some], moved.origin[1][some], moved.origin[2][some]},
+                 {moved.direction[0], moved.direction[1], moved.direction[2]},
+                 chunk.count,
+                 bits});
+}
+
+// Those that the object's own hierarchy blocks.
+SampleBits blocked_by_object(const Scene::State& scene, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  const ObjectData& object = traced_object(scene.data, instance);
+  return ask_object(scene, chunk, instance, bits,
+                    [&](const Fan& fan) { return object.trace->fan(object.traced, fan); });
 }
 
 // In the object's frame where that can hold the segments.
@@ -221,9 +228,13 @@ void find_self(const Asked& asked, Chunk& chunk) {
 
 // Of the segments that begin on an instance, those that its horizons prove clear of it.
 SampleBits clear_of_self(const Asked& asked, const Chunk& chunk, uint32_t instance, const SampleBits& bits) {
+  const InstanceData& placed = asked.scene.data.instances[instance];
+  if (asked.query.primitives.empty() || !placed.object || !placed.object->horizons.view) return {};
+  if (asked.one_origin && !(bits & chunk.odd).any() && has_inverse(placed.to_grid))
+    return ask_object(asked.scene, chunk, instance, bits, [&](const Fan& fan) {
+      return placed.object->horizon->fan(placed.object->horizons, fan, asked.begin(0).primitive);
+    });
   SampleBits clear{};
-  const ObjectData* const object = asked.scene.data.instances[instance].object;
-  if (asked.query.primitives.empty() || !object || !object->horizons.view) return clear;
   for (size_t i : bits)
     clear.set(
         i, vcd::clear_of_self(asked.scene.data, asked.begin(chunk.first + i), segment_at(chunk.columns.view(i, 1), 0)));
