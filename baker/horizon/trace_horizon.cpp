@@ -82,9 +82,10 @@ class HorizonTrace {
     }
     waiting_[count_++] = {kRootUnit, 0, kAllSectors};
     while (count_ > 0 && open_ != 0) {
-      const auto [child, steepness, sectors] = waiting_[--count_];
-      if (child & kLeafChild) with_leaf(hierarchy_, child, [&](const auto& leaf) { visit(leaf, child, sectors); });
-      else visit(hierarchy_.node(child), sectors);
+      const Waiting next = waiting_[--count_];
+      if (next.child & kLeafChild)
+        with_leaf(hierarchy_, next.child, [&](const auto& leaf) { visit(leaf, next.child, next.sectors); });
+      else visit(hierarchy_.node(next.child), next.sectors);
     }
     return levels_;
   }
