@@ -75,29 +75,43 @@ struct Difference {
   uint64_t opposite = 0, clear = 0, blocked = 0;  // cells: clear against blocked; clear or blocked in one bake only
 };
 
-// Bakes a mesh and what becomes of it, and compares cell by cell.
-Difference compare(const SourceMesh& mesh, const Symmetry& symmetry, const std::function<void(SourceMesh&)>& change,
-                   uint32_t depth) {
-  SourceMesh changed = mesh;
-  for (Position& p : changed.positions) p = symmetry.apply(p);
-  change(changed);
-  const auto one = bake(prepared_on_grid(mesh), options(Method::proven, depth));
-  const auto other = bake(prepared_on_grid(std::move(changed)), options(Method::proven, depth));
-  const auto a = classes(one->tree(), depth), b = classes(other->tree(), depth);
-  Difference d;
-  for (uint32_t i = 0; i < a.size(); ++i) {
-    const uint8_t x = a[i], y = b[symmetry.apply(i, depth)];
-    d.opposite += std::max(x, y) == kBlocked && std::min(x, y) == kClear;
-    d.clear += (x == kClear) != (y == kClear);
-    d.blocked += (x == kBlocked) != (y == kBlocked);
+// A mesh that was baked, against what becomes of it, cell by cell.
+class Baked {
+ public:
+  explicit Baked(SourceMesh mesh) : mesh_(std::move(mesh)), classes_(classes_of(mesh_)) {}
+
+  const std::string& name() const { return mesh_.name; }
+  Difference against(const Symmetry& symmetry, const std::function<void(SourceMesh&)>& change) const {
+    SourceMesh changed = mesh_;
+    for (Position& p : changed.positions) p = symmetry.apply(p);
+    change(changed);
+    const auto other = classes_of(changed);
+    Difference d;
+    for (uint32_t i = 0; i < classes_.size(); ++i) {
+      const uint8_t x = classes_[i], y = other[symmetry.apply(i, kDepth)];
+      d.opposite += std::max(x, y) == kBlocked && std::min(x, y) == kClear;
+      d.clear += (x == kClear) != (y == kClear);
+      d.blocked += (x == kBlocked) != (y == kBlocked);
+    }
+    return d;
   }
-  return d;
-}
+
+ private:
+  static std::vector<uint8_t> classes_of(const SourceMesh& mesh) {
+    return classes(bake(prepared_on_grid(SourceMesh(mesh)), options(Method::proven, kDepth))->tree(), kDepth);
+  }
+
+  SourceMesh mesh_;
+  std::vector<uint8_t> classes_;
+};
 
 const auto kNoChange = [](SourceMesh&) {};
-std::vector<SourceMesh> subjects() {
-  return {on_grid(sphere(10, 14), 0x1p-8f), on_grid(fins(), 0x1p-8f), on_grid(leaves(60), 0x1p-8f),
-          on_grid(intersecting(), 0x1p-8f), on_grid(cube(), 16)};
+// Each is baked once, for all tests that ask.
+const std::vector<Baked>& subjects() {
+  static const std::vector<Baked> subjects = {Baked(on_grid(sphere(10, 14), 0x1p-8f)), Baked(on_grid(fins(), 0x1p-8f)),
+                                              Baked(on_grid(leaves(60), 0x1p-8f)),
+                                              Baked(on_grid(intersecting(), 0x1p-8f)), Baked(on_grid(cube(), 16))};
+  return subjects;
 }
 
 TEST(ProvenBake, IsTheSameForMirroredAndPermutedMeshes) {
@@ -107,12 +121,12 @@ TEST(ProvenBake, IsTheSameForMirroredAndPermutedMeshes) {
                                  {{1, 2, 0}, {}},
                                  {{1, 0, 2}, {}},
                                  {{2, 1, 0}, {true, false, true}}};
-  for (const SourceMesh& mesh : subjects())
+  for (const Baked& mesh : subjects())
     for (const Symmetry& symmetry : symmetries) {
-      const Difference d = compare(mesh, symmetry, kNoChange, kDepth);
+      const Difference d = mesh.against(symmetry, kNoChange);
       EXPECT_EQ(d.opposite, 0u);
-      EXPECT_EQ(d.clear, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
-      EXPECT_EQ(d.blocked, 0u) << mesh.name << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
+      EXPECT_EQ(d.clear, 0u) << mesh.name() << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
+      EXPECT_EQ(d.blocked, 0u) << mesh.name() << " " << symmetry.to[0] << symmetry.mirror[0] << symmetry.mirror[1];
     }
 }
 
@@ -132,10 +146,10 @@ TEST(ProvenBake, IsTheSameWhateverTheOrderAndWinding) {
       [](SourceMesh& m) {
         for (size_t t = 0; t < m.triangles.size(); t += 2) std::swap(m.triangles[t][0], m.triangles[t][1]);
       }};
-  for (const SourceMesh& mesh : subjects())
+  for (const Baked& mesh : subjects())
     for (const auto& change : changes) {
-      const Difference d = compare(mesh, {}, change, kDepth);
-      EXPECT_EQ(d.opposite + d.clear + d.blocked, 0u) << mesh.name << " " << &change - changes;
+      const Difference d = mesh.against({}, change);
+      EXPECT_EQ(d.opposite + d.clear + d.blocked, 0u) << mesh.name() << " " << &change - changes;
     }
 }
 
