@@ -158,7 +158,7 @@ SourceMesh hall() {
 
 // What is passed over would change nothing, whatever the processor and whatever is tried first.
 TEST(HorizonTrace, FindsWhatALookAtEveryTriangleFinds) {
-  for (const SourceMesh& source : {floor_with_walls(0.3f), hall(), leaves(100), sphere(10, 20)}) {
+  for (const SourceMesh& source : {floor_with_walls(0.3f), hall(), leaves(kSanitized ? 40 : 100), sphere(10, 20)}) {
     const Subject subject{SourceMesh(source)};
     const HierarchyView hierarchy = view_of(subject.section);
     const HierarchyHeader& header = hierarchy.header();
