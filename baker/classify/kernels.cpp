@@ -6,26 +6,12 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "lanes-inl.h"
 #include "prepare/topology.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace vcd::baker {
 namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
-using Tag = hn::CappedTag<float, kLanes>;
-using Floats = hn::VFromD<Tag>;
-using Truth = decltype(hn::FirstN(Tag(), 0));
-constexpr size_t kStep = hn::MaxLanes(Tag());
-
-HWY_INLINE Floats load(const float* at) { return hn::Load(Tag(), at); }
-HWY_INLINE Floats all(float x) { return hn::Set(Tag(), x); }
-HWY_INLINE uint32_t bits_of(Truth truth) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(Tag(), truth, bytes);
-  return static_cast<uint32_t>(bytes[0] | bytes[1] << 8);
-}
-HWY_INLINE Truth never() { return hn::FirstN(Tag(), 0); }
 
 // n · x in one order for all variants.
 HWY_INLINE Floats dot(Floats nx, Floats x, Floats ny, Floats y, Floats nz, Floats z) {

@@ -11,35 +11,24 @@
 #include <cmath>
 #include <limits>
 
+#include "lanes-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace vcd::baker {
 namespace HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-using Tag = hn::CappedTag<float, kNodeWidth>;
-using Floats = hn::VFromD<Tag>;
-using Truth = decltype(hn::FirstN(Tag(), 0));
-constexpr size_t kStep = hn::MaxLanes(Tag());
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Of half a sector and 2^-10 more, which is more than viewpoint.cpp takes: what is passed over here is not seen there.
 constexpr float kTangent = 0.1999278f, kSecant = 1.01979f;
 
-HWY_INLINE Floats load(const float* at) { return hn::LoadU(Tag(), at); }
-HWY_INLINE Floats all(float x) { return hn::Set(Tag(), x); }
 HWY_INLINE Truth positive(Floats x) { return hn::Gt(x, hn::Zero(Tag())); }
 HWY_INLINE Floats sum(Floats x, Floats y, Floats z) { return hn::Add(hn::Add(x, y), z); }
 HWY_INLINE Floats sum_of(const float (&a)[3], const Floats (&x)[3]) {
   return sum(hn::Mul(all(a[0]), x[0]), hn::Mul(all(a[1]), x[1]), hn::Mul(all(a[2]), x[2]));
 }
 HWY_INLINE Floats most_of(const Floats (&x)[3]) { return hn::Max(hn::Max(x[0], x[1]), x[2]); }
-HWY_INLINE uint32_t bits_of(Truth truth) {
-  uint8_t bytes[8] = {};
-  hn::StoreMaskBits(Tag(), truth, bytes);
-  return static_cast<uint32_t>(bytes[0] | bytes[1] << 8);
-}
-
 // f(s) for each bit s.
 template <class F>
 HWY_INLINE void for_bits(uint32_t bits, F&& f) {

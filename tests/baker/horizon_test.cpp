@@ -1,4 +1,5 @@
 // Horizons: levels, codes, what a triangle raises, and the section as a whole.
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
