@@ -28,12 +28,12 @@
 #include "plan/probe.h"
 #include "prepare/clearances.h"
 #include "prepare/place.h"
+#include "seconds_since.h"
 
 namespace vcd::baker {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 // What of the budget of seconds is for everything up to the last class; the rest is for audit and writing.
 constexpr double kBakeShare = 0.75;
@@ -56,7 +56,9 @@ class Deadline {
     return Clock::now() + std::chrono::duration_cast<Clock::duration>(share * (end_ - Clock::now()));
   }
   bool over() const { return Clock::now() > end_; }
-  double seconds_left() const { return end_ == end_.max() ? std::numeric_limits<double>::infinity() : -since(end_); }
+  double seconds_left() const {
+    return end_ == end_.max() ? std::numeric_limits<double>::infinity() : -seconds_since(end_);
+  }
 
  private:
   Clock::time_point end_ = Clock::time_point::max();
@@ -181,7 +183,7 @@ Result<ClassifiedCells> classify_cells(const GridMesh& grid, const CellClassifie
   const auto start = Clock::now();
   const auto on_progress = [&](uint64_t done, uint64_t total, uint64_t rays) {
     const double fraction = static_cast<double>(done) / static_cast<double>(total);
-    if (options.progress) options.progress({fraction, rays, since(start)});
+    if (options.progress) options.progress({fraction, rays, seconds_since(start)});
   };
   auto octree = build_octree({classifier, depth, deadline.end(), options.stop}, options.threads, on_progress);
   if (!octree) return Error{ErrorCode::runtime, place_of(grid.source) + ": stopped"};
@@ -375,7 +377,7 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
   object.rays = classified->octree.rays;
   object.cells_classified = classified->classified;
   object.worth = std::move(classified->worth);
-  object.seconds = since(start);
+  object.seconds = seconds_since(start);
   object.bytes_before_demotion = bytes;
   object.cells_demoted = demoted.cells_lost;
   object.out_of_time = classified->out_of_time;

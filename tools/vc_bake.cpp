@@ -22,6 +22,7 @@
 #include "common/plan_report.h"
 #include "common/program.h"
 #include "common/readable.h"
+#include "common/seconds_since.h"
 
 namespace {
 
@@ -209,7 +210,7 @@ int run(const Options& options) {
   if (!records) return fail(records.error());
   RunReport run{found->errors, interrupted() ? std::vector<fs::path>{} : prune(options, *found), found->other_files,
                 found->named_again};
-  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  run.seconds = seconds_since(start);
   run.dry_run = options.dry_run;
   for (const Record& record : *records)
     if (record.fate == Fate::not_run) print_error(record.outcome.message);

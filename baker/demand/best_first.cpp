@@ -12,6 +12,7 @@
 #include "demand/divided_bytes.h"
 #include "octree/block_pool.h"
 #include "octree/subtree.h"
+#include "seconds_since.h"
 
 namespace vcd::baker {
 namespace {
@@ -190,7 +191,7 @@ class Divider {
     Workspace& workspace = workspaces_.local();
     fill_below(job.asked.cell, step, kDeeper, workspace, filled.classes);
     mark_asked(step, job.asked, workspace, filled);
-    filled.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    filled.seconds = seconds_since(begin);
     return filled;
   }
   void fill_below(const Cell& cell, const Step& step, uint32_t value, Workspace& workspace,

@@ -9,6 +9,7 @@
 #include "demand/asked_lines.h"
 #include "demand/kept_out.h"
 #include "prepare/place.h"
+#include "seconds_since.h"
 
 namespace vcd::baker {
 
@@ -35,10 +36,7 @@ Result<BestFirst> divide_for(std::span<const AskedSegment> asked, const GridMesh
     const std::vector<AskedLine> lines = asked_lines(grid, tracer, clearances, looked_at);
     BestFirstOptions how{depth, budget_bytes, options.depth_elsewhere, deadline, options.stop};
     if (options.progress)
-      how.progress = [&](double fraction, uint64_t rays) {
-        options.progress(
-            {fraction, rays, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()});
-      };
+      how.progress = [&](double fraction, uint64_t rays) { options.progress({fraction, rays, seconds_since(start)}); };
     return divide_best_first(classifier, lines, how);
   });
   if (!divided) return Error{ErrorCode::runtime, place_of(grid.source) + ": stopped"};

@@ -17,6 +17,7 @@
 #include "hierarchy/stop.h"
 #include "horizon/level_codes.h"
 #include "horizon/trace_horizon.h"
+#include "seconds_since.h"
 
 namespace vcd::baker {
 namespace {
@@ -178,7 +179,7 @@ std::optional<HorizonForecast> forecast_horizons(const PreparedMesh& mesh, const
   const std::vector<TriangleHorizon> horizons = trace_all(mesh, hierarchy, step, stop);
   if (stop.stopped()) return std::nullopt;
   HorizonForecast forecast;
-  forecast.seconds = static_cast<double>(step) * std::chrono::duration<double>(Clock::now() - start).count();
+  forecast.seconds = static_cast<double>(step) * seconds_since(start);
   forecast.share = encode_all(horizons, tables_for(horizons)).share;
   if (forecast.share.cosine >= kLeastHorizonShare)
     forecast.bytes = sizeof(HorizonHeader) + mesh.source_triangles.size() * sizeof(HorizonEntry);

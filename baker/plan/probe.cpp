@@ -12,6 +12,8 @@
 #include <vcd/format/line_cell.h>
 #include <vcd/format/tree.h>
 
+#include "seconds_since.h"
+
 namespace vcd::baker {
 namespace {
 
@@ -26,7 +28,6 @@ constexpr uint32_t kComparedPaths = 150, kLeastCompared = 2,
                    kMostCompared = 4;  // how often, and at which levels, bricks are compared
 
 using Clock = std::chrono::steady_clock;
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 double all_cells(uint32_t level) { return kFacePairs * std::exp2(4.0 * level); }
 
 // Estimates of sums over all cells of a level that a bake visits, if it goes at least one level deeper.
@@ -61,7 +62,8 @@ class Probe {
   void run(uint32_t most) {
     const auto start = Clock::now();
     uint32_t paths = 0;
-    while (paths < most && !(options_.stop && options_.stop()) && since(start) < kProbeShare * options_.budget_seconds)
+    while (paths < most && !(options_.stop && options_.stop()) &&
+           seconds_since(start) < kProbeShare * options_.budget_seconds)
       walk(paths++);
     for (LevelSums& l : levels_)
       for (double* sum : {&l.visited, &l.seconds, &l.resolved, &l.undecided, &l.as_leaves_seconds, &l.as_leaves_blocked,
@@ -95,7 +97,7 @@ class Probe {
   uint32_t classify(const Cell& cell, bool deepest, double& seconds) {
     const auto start = Clock::now();
     const uint32_t value = classifier_.classify(cell, deepest, workspace_);
-    seconds += since(start);
+    seconds += seconds_since(start);
     return value;
   }
 
@@ -117,7 +119,7 @@ class Probe {
       const auto start = Clock::now();
       for (uint32_t i = 0; i < 16; ++i)
         if (classifier_.classify(cell.child(i), false, workspace_) == kDeeper) open.push_back(cell.child(i));
-      level.seconds += weight * since(start);
+      level.seconds += weight * seconds_since(start);
       level.visited += weight * 16;
       level.resolved += weight * static_cast<double>(16 - open.size());
       level.undecided += weight * static_cast<double>(open.size());
@@ -184,7 +186,7 @@ class Shadows {
     for (Segment segment : audit_segments(mesh, AuditKind::chords, 0x5AD0, segments)) {
       const LineCell line = locate(frame, segment);
       if (!line.valid || !line.hits || (options.stop && options.stop())) continue;
-      if (since(beginning) > kProbeShare * options.budget_seconds) break;
+      if (seconds_since(beginning) > kProbeShare * options.budget_seconds) break;
       Answered answered;
       for (uint32_t level = 0; level <= options.deepest && !answered.by_node; ++level) {
         const uint32_t up = 8 - level;
@@ -202,7 +204,7 @@ class Shadows {
       for (int t = 0; t < kTries; ++t) {
         const auto start = Clock::now();
         for (int i = 0; i < kRepeats; ++i) tracer.occluded(segment);
-        answered.trace_seconds = std::min(answered.trace_seconds, since(start) / kRepeats);
+        answered.trace_seconds = std::min(answered.trace_seconds, seconds_since(start) / kRepeats);
       }
       segments_.push_back(answered);
     }
@@ -281,7 +283,7 @@ Plan probe(const PreparedMesh& mesh, const Tracer& tracer, const CellClassifier&
     plan.forecasts.push_back({depth, paths.bytes(depth), paths.seconds(depth) / options.threads, paths.resolved(depth),
                               shadows.resolved(depth), shadows.gain(depth)});
   choose(options, plan);
-  plan.seconds = since(start);
+  plan.seconds = seconds_since(start);
   return plan;
 }
 

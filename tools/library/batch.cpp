@@ -16,6 +16,7 @@
 #include <vcd/library/staleness.h>
 #include "common/describe.h"
 #include "common/paths.h"
+#include "common/seconds_since.h"
 
 namespace vcd::library {
 namespace {
@@ -197,7 +198,7 @@ class Batch {
       left += cost * (1 - std::min(r.worker.seconds() * r.grant.threads / std::max(cost, 1e-3), 1.0));
     }
     done_seconds_ = total_seconds_ - left;
-    const double elapsed = std::chrono::duration<double>(Clock::now() - start_).count();
+    const double elapsed = seconds_since(start_);
     const double seconds_left = done_seconds_ > 0 ? left * elapsed / done_seconds_ : 0;
     for (BatchListener* listener : listeners_) listener->going_on(shown, ended_, seconds_left);
   }

@@ -14,6 +14,7 @@
 
 #include <vcd/library/bake_asset.h>
 #include "common/paths.h"
+#include "common/seconds_since.h"
 
 namespace vcd::library {
 
@@ -153,9 +154,7 @@ Result<Worker> Worker::start(const Asset& asset, const WorkerOptions& options) {
 Worker::Worker(const Asset& asset, ChildProcess child, Descriptor messages)
     : input_(asset.input), child_(std::move(child)), messages_(std::move(messages)) {}
 
-double Worker::seconds() const {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-}
+double Worker::seconds() const { return seconds_since(start_); }
 
 void Worker::take(const std::string& line) {
   const Json message = Json::parse(line, nullptr, /*allow_exceptions=*/false);

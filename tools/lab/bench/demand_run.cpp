@@ -13,6 +13,7 @@
 
 #include "common/describe.h"
 #include "common/progress.h"
+#include "common/seconds_since.h"
 #include "machine.h"
 #include "paper_run.h"
 #include "render/recorded.h"
@@ -205,7 +206,7 @@ class DemandRun {
         bake_world(world_, bake, path, [&](const WorldObject&, const BakeProgress& p) { line.update(p); });
     if (interrupted()) return stopped();
     if (!baked) return baked.error();
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const double seconds = seconds_since(start);
     auto opened = open_sidecars(world_, {path.string()});
     if (!opened) return opened.error();
     if (!have_hierarchies(opened->objects))

@@ -4,13 +4,15 @@
 #include <chrono>
 #include <cstdio>
 
+#include "common/seconds_since.h"
+
 namespace vcd::bench {
 namespace {
 
 double seconds_of(const std::function<void()>& run) {
   const auto start = std::chrono::steady_clock::now();
   run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return seconds_since(start);
 }
 
 }  // namespace

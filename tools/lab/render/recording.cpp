@@ -4,6 +4,8 @@
 #include <chrono>
 #include <limits>
 
+#include "common/seconds_since.h"
+
 namespace vcd::render {
 namespace {
 
@@ -82,7 +84,7 @@ ShadowWays fastest_ways(const World& world, const RenderSettings& settings, bool
         const auto start = std::chrono::steady_clock::now();
         for (size_t i : kinds[kind])
           option.caster->cast(bundles[i], std::span(blocked).first(bundles[i].segments.size()));
-        option.seconds.push_back(std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+        option.seconds.push_back(seconds_since(start));
       }
     const auto median = [](Option& option) {
       std::sort(option.seconds.begin(), option.seconds.end());

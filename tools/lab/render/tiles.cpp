@@ -13,7 +13,6 @@ namespace vcd::render {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 void pin_to(unsigned index) {
   cpu_set_t allowed, one;

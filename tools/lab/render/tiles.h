@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 
+#include "common/seconds_since.h"
 #include "renderer.h"
 
 namespace vcd::render {
@@ -35,7 +36,7 @@ Result<Rendered> draw_tiles(const World& world, const RenderSettings& settings, 
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}
-  ~Stopwatch() { seconds_ += std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+  ~Stopwatch() { seconds_ += seconds_since(start_); }
   Stopwatch(const Stopwatch&) = delete;
   Stopwatch& operator=(const Stopwatch&) = delete;
 

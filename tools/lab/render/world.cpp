@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "common/memory.h"
+#include "common/seconds_since.h"
 #include "instructions.h"
 
 namespace vcd::render {
@@ -48,7 +49,6 @@ Quad ground_quad(const scenes::Ground& g) {
 }
 
 using Clock = std::chrono::steady_clock;
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
 std::vector<uint32_t> primitives_of(const PreparedMesh& mesh) {
   std::vector<uint32_t> primitives(mesh.triangles.size());
