@@ -30,7 +30,7 @@ TEST(Plan, ForecastsBytesWithinAFactorOfTwoAndWhatIsResolved) {
   for (const SourceMesh& source : {sphere(), leaves(300)}) {
     const PreparedMesh mesh = *prepare(SourceMesh(source));
     const Plan forecast = *plan(mesh, automatic());
-    for (uint32_t depth = 3; depth <= (kSanitized ? 4 : 5); ++depth) {
+    for (uint32_t depth = 3; depth <= (kSanitized ? 3 : 5); ++depth) {
       const auto baked = bake(mesh, proven(depth));
       ASSERT_TRUE(baked.ok());
       const DepthForecast& f = forecast.forecasts[depth - 1];

@@ -66,7 +66,7 @@ TEST(ProvenBake, NeverAnswersALineWrongly) {
     const PreparedMesh mesh = *prepare(SourceMesh(source));
     BakeOptions options;
     options.method = Method::proven;
-    options.depth = 4;
+    options.depth = kSanitized ? 3 : 4;
     const auto baked = bake(mesh, options);
     ASSERT_TRUE(baked.ok());
     const TreeView tree = baked->tree();

@@ -418,7 +418,7 @@ TEST_F(HorizonTest, QueriesDoNotAllocate) {
 }
 
 TEST(Horizon, ObjectsWithoutHorizonsLeaveEverything) {
-  const BakedObject baked = must_bake(cube(), {});
+  const BakedObject baked = must_bake(cube(), quick(1));
   const std::vector<std::byte> bytes = sidecar_bytes({&baked});
   const auto sidecar = Sidecar::open_buffer(bytes);
   EXPECT_FALSE(sidecar->object(0).has_horizons());
