@@ -8,10 +8,11 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_invoke.h>
 #include <tbb/parallel_reduce.h>
 
 #include <vcd/format/hierarchy.h>
+
+#include "hierarchy/both_sides.h"
 
 namespace vcd::baker {
 namespace {
@@ -29,11 +30,12 @@ using References = std::span<Reference>;
 
 // Boxes around triangles, and around their centroids.
 struct Extent {
-  Bounds box, centroids;
+  Box box = Box::of({}), centroids = box;
 
   void add(const Reference& r) {
-    box.add(r.box);
-    centroids.add(Position{r.centroid(0), r.centroid(1), r.centroid(2)});
+    const Box own = Box::of(r.box);
+    const Box::Lanes centroid = own.min + own.max;
+    box.add(own), centroids.add(centroid, centroid);
   }
   void add(const Extent& other) { box.add(other.box), centroids.add(other.centroids); }
 };
@@ -52,7 +54,7 @@ struct Binning {
 
 struct Bins {
   struct Bin {
-    Bounds box;
+    Box box = Box::of({});
     uint32_t count = 0;
 
     void add(const Bin& other) { box.add(other.box), count += other.count; }
@@ -111,14 +113,15 @@ void improve(Split& best, size_t axis, const Binning& binning, const Bins::Bin (
 }
 
 // Nothing where all centroids coincide.
-std::optional<Split> best_split(References references, const Bounds& centroids) {
+std::optional<Split> best_split(References references, const Box& centroids) {
   Binning binning[3];
   for (size_t a = 0; a < 3; ++a) binning[a] = {centroids.min[a], centroids.max[a]};
   const Bins bins = sum_over<Bins>(references, [&](Bins& sum, const Reference& r) {
+    const Box box = Box::of(r.box);
     for (size_t a = 0; a < 3; ++a) {
       if (!binning[a].is_usable()) continue;
       Bins::Bin& bin = sum.bins[a][binning[a](r.centroid(a))];
-      bin.box.add(r.box), ++bin.count;
+      bin.box.add(box), ++bin.count;
     }
   });
   Split best;
@@ -128,7 +131,7 @@ std::optional<Split> best_split(References references, const Bounds& centroids) 
 }
 
 // Halves by number along the longest axis of the centroids. Returns the size of the left half.
-uint32_t halve(References references, const Bounds& centroids) {
+uint32_t halve(References references, const Box& centroids) {
   size_t axis = 0;
   const auto length = [&](size_t a) { return centroids.max[a] - centroids.min[a]; };
   for (size_t a = 1; a < 3; ++a)
@@ -150,21 +153,17 @@ class Builder {
     if (count >= kOwnTask && stop_.now()) return;
     const References own = references_.subspan(first, count);
     const Extent extent = sum_over<Extent>(own, [](Extent& sum, const Reference& r) { sum.add(r); });
-    nodes_[node] = {extent.box, first, count};
+    nodes_[node] = {extent.box.bounds(), first, count};
     if (count == 1) return;
     const uint32_t left_count = divide(own, extent.centroids, depth);
     const auto left = [&] { build(node + 1, first, left_count, depth + 1); };
     const auto right = [&] { build(node + 2 * left_count, first + left_count, count - left_count, depth + 1); };
-    if (count >= kOwnTask) {
-      tbb::parallel_invoke(left, right);
-    } else {
-      left(), right();
-    }
+    both_sides(count, left, right);
   }
 
  private:
   // Moves the left side to the front, and returns its size.
-  static uint32_t divide(References references, const Bounds& centroids, uint32_t depth) {
+  static uint32_t divide(References references, const Box& centroids, uint32_t depth) {
     const auto levels_of_halving = static_cast<uint32_t>(std::bit_width(references.size() - 1));
     if (depth + levels_of_halving >= kMostLevels) return halve(references, centroids);
     const auto split = best_split(references, centroids);

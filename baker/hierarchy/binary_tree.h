@@ -11,8 +11,6 @@
 
 namespace vcd::baker {
 
-constexpr uint32_t kOwnTask = 2048;  // triangles of a subtree that is worth a task of its own
-
 struct BinaryNode {
   Bounds box;
   uint32_t first, count;  // its triangles, in BinaryTree::triangles

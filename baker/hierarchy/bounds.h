@@ -17,14 +17,29 @@ struct Bounds {
   void add(const Position& p) {
     for (size_t a = 0; a < 3; ++a) min[a] = std::min(min[a], p[a]), max[a] = std::max(max[a], p[a]);
   }
-  void add(const Bounds& other) {
-    for (size_t a = 0; a < 3; ++a) min[a] = std::min(min[a], other.min[a]), max[a] = std::max(max[a], other.max[a]);
+};
+
+// A box in registers, for passes that join many: x, y, z and 0.
+struct Box {
+  using Lanes = float __attribute__((vector_size(16)));
+  Lanes min, max;
+
+  static Box of(const Bounds& b) {
+    return {Lanes{b.min[0], b.min[1], b.min[2], 0}, Lanes{b.max[0], b.max[1], b.max[2], 0}};
   }
-  // Of a box that is not empty.
+  Bounds bounds() const { return {{min[0], min[1], min[2]}, {max[0], max[1], max[2]}}; }
+  bool operator==(const Box& other) const { return bounds() == other.bounds(); }
+
+  void add(const Box& other) { add(other.min, other.max); }
+  void add(const Lanes& low, const Lanes& high) { min = low < min ? low : min, max = max < high ? high : max; }
   float half_area() const {
-    const float x = max[0] - min[0], y = max[1] - min[1], z = max[2] - min[2];
-    return x * y + y * z + z * x;
+    const Lanes size = max - min;
+    return size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
   }
 };
+inline Box together(Box a, const Box& b) {
+  a.add(b);
+  return a;
+}
 
 }  // namespace vcd::baker

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include <tbb/parallel_invoke.h>
+#include "hierarchy/both_sides.h"
 
 namespace vcd::baker {
 namespace {
@@ -63,13 +63,8 @@ class Chooser {
     if (count == 1) return single(node, result);
     if (count >= kOwnTask && stop_.now()) return;
     Subtree left, right;
-    const auto visit_left = [&] { visit(tree_.left(node), left); };
-    const auto visit_right = [&] { visit(tree_.right(node), right); };
-    if (count >= kOwnTask) {
-      tbb::parallel_invoke(visit_left, visit_right);
-    } else {
-      visit_left(), visit_right();
-    }
+    both_sides(
+        count, [&] { visit(tree_.left(node), left); }, [&] { visit(tree_.right(node), right); });
     result.vertices.count = kTooMany;
     if (count <= kNodeWidth) merge(left.vertices, right.vertices, result.vertices);
     choose(node, left, right, result);
@@ -80,12 +75,12 @@ class Chooser {
     const BinaryNode& n = tree_.nodes[node];
     std::ranges::copy(mesh_.triangles[tree_.triangles[n.first]], result.vertices.index.begin());  // they are ascending
     result.vertices.count = 3;
-    result.cost.fill(n.box.half_area());
+    result.cost.fill(Box::of(n.box).half_area());
     choices_[node].left.fill(0);
   }
 
   void choose(uint32_t node, const Subtree& left, const Subtree& right, Subtree& result) {
-    const float area = tree_.nodes[node].box.half_area();
+    const float area = Box::of(tree_.nodes[node].box).half_area();
     Collapse& choice = choices_[node];
     const Share wide = cheapest_share(left, right, kNodeWidth);
     const bool is_leaf = result.vertices.fit();  // a leaf costs no more than a node

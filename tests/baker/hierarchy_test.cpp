@@ -105,7 +105,8 @@ TEST(Hierarchy, IsTheSameOnAnyNumberOfThreads) {
   ASSERT_GT(mesh.triangles.size(), 1u << 17);
   const auto build = [&](unsigned threads) { return with_threads(threads, [&] { return *build_hierarchy(mesh); }); };
   const HierarchySection one = build(1);
-  for (unsigned threads : {2, 3, 8}) EXPECT_TRUE(equal(build(threads), one)) << threads;
+  for (unsigned threads : kSanitized ? std::vector{3u} : std::vector{2u, 3u, 8u})
+    EXPECT_TRUE(equal(build(threads), one)) << threads;
 }
 
 TEST(Hierarchy, DoesNotDependOnTheOrderOfTheInput) {
@@ -193,13 +194,13 @@ double check(const BinaryTree& tree, const PreparedMesh& mesh) {
   std::vector<uint32_t> depth(tree.nodes.size()), triangles = tree.triangles;
   for (uint32_t i = 0; i < tree.nodes.size(); ++i) {
     const BinaryNode& node = tree.nodes[i];
-    sum += node.box.half_area();
+    sum += Box::of(node.box).half_area();
     Bounds box;
     if (tree.is_leaf(i)) {
       for (const uint32_t corner : mesh.triangles[tree.triangles[node.first]]) box.add(mesh.positions[corner]);
     } else {
       const BinaryNode &left = tree.nodes[tree.left(i)], &right = tree.nodes[tree.right(i)];
-      box = left.box, box.add(right.box);
+      box = together(Box::of(left.box), Box::of(right.box)).bounds();
       EXPECT_EQ(left.first, node.first);
       EXPECT_EQ(right.first, node.first + left.count);
       EXPECT_EQ(left.count + right.count, node.count);

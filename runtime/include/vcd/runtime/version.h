@@ -6,7 +6,7 @@
 
 /* The build fails if these are not the project's. */
 #define VCD_RUNTIME_VERSION_MAJOR 1
-#define VCD_RUNTIME_VERSION_MINOR 5
+#define VCD_RUNTIME_VERSION_MINOR 6
 #define VCD_RUNTIME_VERSION_PATCH 0
 
 /* As one number that grows with the version: 1.2.3 is 1002003. */
