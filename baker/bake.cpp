@@ -265,12 +265,6 @@ std::optional<Error> judge_if_asked(const PreparedMesh& mesh, BakedObject& objec
   return std::nullopt;
 }
 
-// With the budget that a bake for a demand has where none is given.
-BakeOptions with_budget(BakeOptions options) {
-  if (options.demand && options.budget_bytes == 0) options.budget_bytes = kDemandBudgetBytes;
-  return options;
-}
-
 }  // namespace
 
 const char* name_of(BakePass pass) {
@@ -309,8 +303,7 @@ Result<Plan> plan(const PreparedMesh& mesh, const BakeOptions& all_options) try 
   return Error{ErrorCode::runtime, "out of memory"};
 }
 
-Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_options) try {
-  const BakeOptions all_options = with_budget(given_options);
+Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& all_options) try {
   const Deadline deadline(all_options.budget_seconds);
   if (auto fault = check_options(all_options)) return std::move(*fault);
   std::span<const AskedSegment> asked;
@@ -340,7 +333,8 @@ Result<BakedObject> bake(const PreparedMesh& mesh, const BakeOptions& given_opti
     return std::move(object);
   };
   if (all_options.method == Method::none) return audited(without_answers({}));
-  const BakeOptions options = without_bytes(all_options, hierarchy->bytes() + horizons->section.size);
+  BakeOptions options = without_bytes(all_options, hierarchy->bytes() + horizons->section.size);
+  if (options.demand && options.budget_bytes == 0) options.budget_bytes = kDemandBudgetBytes;
 
   begin(BakePass::trace, options);
   const GridMesh grid(mesh);

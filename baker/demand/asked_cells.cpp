@@ -1,6 +1,7 @@
 #include "demand/asked_cells.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include <tbb/parallel_for.h>
 
@@ -38,9 +39,9 @@ constexpr size_t kLooks = 1024;  // cells that stand for all of a level
 // What a brick leaves of the weight that it is divided for, about: a third on Killeroo, four fifths on the
 // Sierpinski pyramid.
 constexpr double kLeftByBrick = 0.35;
-// What a level more must be expected to gain of what is left: bytes go to cells that no line shows, and it takes
-// longer.
-constexpr double kWorthALevel = 0.1;
+// What a level more must be expected to answer of all that is asked: look-ups take longer in a deeper tree, and so does
+// the bake.
+constexpr double kWorthALevel = 0.04;
 
 // The cells of a level that are asked, below these, and how many of them are undecided: by a look at some, evenly.
 struct Level {
@@ -97,7 +98,10 @@ uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLin
   uint32_t best = kMinDepth + 1;
   for (uint32_t depth = best; depth <= top_level + 1; ++depth)
     if (tree_shape(depth).top_bytes() <= budget_bytes / 2) best = depth;
-  double least = 1;  // of the weight of cells that the top table does not decide
+  const auto weight_of = [](double sum, const auto& part) { return sum + part.weight; };
+  const double asked = std::accumulate(lines.begin(), lines.end(), 0.0, weight_of),
+               undecided = std::accumulate(top.begin(), top.end(), 0.0, weight_of);
+  double least = 1;  // of what is undecided
   for (uint32_t depth = top_level + 2; depth <= kMaxDepth && !over(); ++depth) {
     const std::vector<Step> steps = steps_of(depth);
     double bytes = static_cast<double>(budget_bytes) - static_cast<double>(tree_shape(depth).top_bytes());
@@ -105,7 +109,7 @@ uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLin
       bytes -= look_at(classifier, lines, top, steps[i].from, workspaces).count() * kBlockBytes;
     if (bytes < 0) continue;
     const double left = left_by_bricks(look_at(classifier, lines, top, steps.back().from, workspaces), bytes);
-    if (left <= (1 - kWorthALevel) * least) best = depth, least = left;
+    if ((least - left) * undecided >= kWorthALevel * asked) best = depth, least = left;
   }
   return best;
 }

@@ -53,7 +53,7 @@ void for_children(const std::vector<AskedLine>& lines, const Asked& parent, cons
 std::vector<Asked> undecided_cells(const CellClassifier& classifier, const std::vector<AskedLine>& lines,
                                    uint32_t level, Workspaces& workspaces, const std::function<bool()>& over);
 
-// The depth that is expected to leave the least of the lines' weight unanswered. The inner blocks for all that is asked
+// The deepest level that is expected to answer enough more of the lines' weight. The inner blocks for all that is asked
 // come first, then bricks for the heaviest cells.
 uint32_t pick_depth(const CellClassifier& classifier, const std::vector<AskedLine>& lines, uint64_t budget_bytes,
                     const std::function<bool()>& over);

@@ -34,7 +34,7 @@ struct Options {
   std::vector<std::string> trees;
   std::string size;
   unsigned threads = 0;
-  double budget_mb = 8;
+  double budget_mb = 0;
   bool horizons = false;
 
   SegmentsOptions segments;
@@ -194,7 +194,8 @@ int main(int argc, char** argv) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->type_name("TREES");
-  app.add_option("--budget-mb", options.budget_mb, "MiB of an object that is baked for a demand (default: 8)")
+  app.add_option("--budget-mb", options.budget_mb,
+                 "MiB of an object that is baked for a demand (default: what vc-bake takes)")
       ->check(CLI::Range(0.02, 1e6));
   app.add_flag("--horizons", options.horizons,
                "Bake horizons into proven and hybrid trees, and measure what begins on an object with them too");

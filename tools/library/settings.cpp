@@ -97,8 +97,8 @@ constexpr Setting kSettings[] = {
      .form = Form::file,
      .member = &BakeSettings::demand,
      .help = "Bake for this demand: deep where a scene's rays go, best first, until a budget ends it; as coarse as the "
-             "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes, and "
-             "--budget-mb is 8 by default",
+             "top table\nwhere none go. Then --depth is the deepest level, auto by what\nis asked and the bytes. "
+             "Without --budget-mb the tree takes 2 MiB at most, beside hierarchy and horizons",
      .zero_is_none = true},
     {.name = "for-lights",
      .letter = 0,

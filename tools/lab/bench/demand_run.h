@@ -16,7 +16,7 @@ struct DemandRunOptions {
   std::string folder;  // for sidecars
   render::RenderSettings render;
   uint32_t depth = 5;    // of sidecars for any scene
-  double budget_mb = 8;  // of an object, of bakes for a demand
+  double budget_mb = 0;  // of an object, of bakes for a demand; 0: their default
   size_t most_recorded = size_t{1} << 21;
   uint64_t judged = 0;       // segments of further pictures, at least, to judge with each sidecar
   bool proven_only = false;  // no hybrid bakes

@@ -37,7 +37,7 @@ class SceneEntry {
 std::vector<Configuration> with_measured(std::vector<Configuration> wanted, const tools::Json& scene);
 
 struct BakesOfScene {
-  double budget_mb = 8;                    // of an object that is baked for a demand
+  double budget_mb = 0;                    // of an object that is baked for a demand; 0: the default of bakes
   size_t most_recorded = size_t{1} << 21;  // of the picture's rays, for that demand
   bool horizons = false;                   // of trees that are baked by proof
 };

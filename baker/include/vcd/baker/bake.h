@@ -56,7 +56,8 @@ struct BakeOptions {
   uint32_t samples = 0;
   uint64_t seed = 0;
   unsigned threads = 0;  // 0: all
-  // Of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan(), kDemandBudgetBytes for a demand.
+  // Of a file with this object alone; 0: none, but kDefaultBudgetBytes for plan(), and for a demand kDemandBudgetBytes
+  // beside hierarchy and horizons.
   uint64_t budget_bytes = 0;
   // From the call of bake() to the written file, on a quiet machine; 0: none. A quarter is kept for audit and writing.
   // When the rest is over, the cells that have no class yet are left unclassified.
@@ -93,7 +94,7 @@ inline constexpr unsigned kBakeRevision = 11;
 // Of the budget of a file, what is kept for header, tables and names, and to round the tree's beginning up to a page.
 inline constexpr uint64_t kBytesBesideTree = 8192;
 inline constexpr uint64_t kDefaultBudgetBytes = uint64_t{4} << 20;
-inline constexpr uint64_t kDemandBudgetBytes = uint64_t{8} << 20;
+inline constexpr uint64_t kDemandBudgetBytes = uint64_t{2} << 20;
 
 // For a demand: when so many bytes of a tree were filled, the next were expected to be asked for by so much weight
 // each.
